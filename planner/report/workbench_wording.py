@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from planner.amounts import chance, watts
+from planner.amounts import chance, joules, signed, watts
 
 Document = Mapping[str, Any]
 
@@ -36,6 +36,23 @@ def excess(energy: Document) -> float | None:
     """Predicted energy over the measured one, minus 1; None where nothing was measured."""
     measured, predicted = energy["measured_j"], energy["predicted_j"]
     return float(predicted / measured - 1) if measured else None
+
+
+RUN_HEADS = ("run", "rows", "measured", "predicted", "error", "rms", "bias")
+
+
+def run_row(run: Document) -> list[str]:
+    """Energy and power of one run of a log, as RUN_HEADS names them."""
+    error = excess(run)
+    return [
+        str(run["run"]),
+        f"{run['rows']:,}",
+        joules(run["measured_j"]),
+        joules(run["predicted_j"]),
+        "" if error is None else f"{100 * error:+z.1f} %".replace("-", "−"),
+        watts(run["rmse_w"]),
+        signed(run["bias_w"]),
+    ]
 
 
 def how_far(comparison: Document) -> str:

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from planner.amounts import estimate, joules, number, share, signed, watts
 from planner.report.workbench_wording import (
+    RUN_HEADS,
     Document,
     about,
     could_be_missing,
@@ -19,6 +20,7 @@ from planner.report.workbench_wording import (
     how_it_came_about,
     likelihood,
     model_name,
+    run_row,
     untestable,
     what_came_of_it,
 )
@@ -125,20 +127,7 @@ def runs(entries: Sequence[Document]) -> RenderableType | None:
     title = "Energy by run"
     if len(entries) > len(shown):
         title += f", the {len(shown)} of {len(entries)} with the largest error"
-    headings = ("run", "rows", "measured", "predicted", "error", "rms", "bias")
-    table = grid(headings, title=title)
-    for entry in shown:
-        error = excess(entry)
-        table.add_row(
-            str(entry["run"]),
-            f"{entry['rows']:,}",
-            joules(entry["measured_j"]),
-            joules(entry["predicted_j"]),
-            "" if error is None else f"{100 * error:+z.1f} %".replace("-", "−"),
-            watts(entry["rmse_w"]),
-            signed(entry["bias_w"]),
-        )
-    return table
+    return grid(RUN_HEADS, map(run_row, shown), title=title)
 
 
 def ranking(document: Document) -> RenderableType | None:

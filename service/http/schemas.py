@@ -189,14 +189,17 @@ class BaselineSummary(RouteSummary):
     """with `baseline_poses`"""
 
 
-class RouteAnswer(Described):
-    """ROUTE.json: a route, or why there is none."""
-
+class _Outcome(Described):
     status: Literal["ok", "no_route"]
     reason: str | None = None
     """why there is no route"""
     cause: Cause | None = None
     """the same in numbers"""
+
+
+class RouteAnswer(_Outcome):
+    """ROUTE.json: a route, or why there is none."""
+
     goal: dict[str, float] | None = None
     """x, y, yaw where the best route ends if left open; number of the place among several"""
     routes: list[Route]
@@ -222,14 +225,9 @@ class FrontRoute(Route):
     """W, price per second saved against the next slower and next faster route; null if fastest"""
 
 
-class FrontAnswer(Described):
+class FrontAnswer(_Outcome):
     """Pareto front of duration and energy, or why there is none."""
 
-    status: Literal["ok", "no_route"]
-    reason: str | None = None
-    """why there is no route"""
-    cause: Cause | None = None
-    """the same in numbers"""
     points: list[FrontRoute]
     """fastest first, so energy falls"""
     searches: int

@@ -97,7 +97,7 @@ def _comparison(result: Comparison) -> View:
         sections.where(result.regimes, pictures),
         sections.axes(look, pictures, names),
         sections.agreement(look, pictures, {**names, **_CLOUDS["distribution"]}),
-        sections.by_run(result.runs, pictures),
+        sections.by_run(said["runs"], pictures),
         parameters(result.parameters, result.model, None),
         sections.about_log(said["log"], said["model"]),
     ]

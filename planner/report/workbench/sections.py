@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from planner.amounts import estimate, finite, joules, number, share, signed, watts
+from planner.amounts import estimate, finite, number, share, signed, watts
 from planner.report.markup import (
     Markup,
     bullets,
@@ -21,8 +21,15 @@ from planner.report.markup import (
     table,
 )
 from planner.report.workbench.residuals import Look, axis_of
-from planner.report.workbench_wording import Document, about, model_name, run_name, untestable
-from planner.telemetry.comparison import RunComparison
+from planner.report.workbench_wording import (
+    RUN_HEADS,
+    Document,
+    about,
+    model_name,
+    run_name,
+    run_row,
+    untestable,
+)
 from planner.telemetry.diagnosis import Diagnosis, Experiment
 from planner.telemetry.pictures import ResidualCurve, Stretch
 from planner.telemetry.regimes import Regime
@@ -308,22 +315,10 @@ def _experiment(experiment: Document) -> Markup:
     return joined(lead, bullets(facts), folded("settings", parts))
 
 
-def by_run(runs: Sequence[RunComparison], pictures: Pictures) -> Markup:
+def by_run(runs: Sequence[Document], pictures: Pictures) -> Markup:
     """Energy of every run."""
-    heads = ["run", "rows", "measured", "predicted", "error", "rms", "bias"]
-    rows = [
-        [
-            r.run,
-            f"{r.rows:,}",
-            joules(r.measured_j),
-            joules(r.predicted_j),
-            "" if r.error_share is None else f"{100 * r.error_share:+.1f} %".replace("-", "−"),
-            watts(r.rmse_w),
-            signed(r.bias_w),
-        ]
-        for r in runs
-    ]
-    made = table("", heads, rows)
+    rows = [run_row(run) for run in runs]
+    made = table("", RUN_HEADS, rows)
     if len(rows) > MOST_OPEN_RUNS:
         made = folded(f"all {len(rows)} runs", made)
     drawing = figure(pictures.get("runs", ""))

@@ -61,16 +61,11 @@ def both_ends(
 
 def _steepest_near(mesh: Mesh, place: Place, distance: float) -> float:
     """Largest slope of the ground within a distance, m."""
-    (x, y), (dx, dy) = place, mesh.cell
     rows, columns = mesh.ranges.shape[:2]
-    first = [
-        math.floor((p - distance - o) / d)
-        for p, o, d in zip((x, y), mesh.origin, (dx, dy), strict=True)
-    ]
-    last = [
-        math.floor((p + distance - o) / d)
-        for p, o, d in zip((x, y), mesh.origin, (dx, dy), strict=True)
-    ]
+    axes = list(zip(place, mesh.origin, mesh.cell, strict=True))
+    first, last = (
+        [math.floor((p + reach - o) / d) for p, o, d in axes] for reach in (-distance, distance)
+    )
     part = mesh.ranges[
         min(max(first[1], 0), rows - 1) : max(min(last[1], rows - 1), 0) + 1,
         min(max(first[0], 0), columns - 1) : max(min(last[0], columns - 1), 0) + 1,

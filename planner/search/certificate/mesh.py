@@ -134,13 +134,11 @@ def slope_ranges(heights: Any, dx: float, dy: float) -> Any:
 def coarse_field(field: CostField, mesh: Mesh) -> CostField:
     """Map and costs at the nodes of the mesh alone: enough to find where good routes lead."""
     nodes = np.ix_(*mesh.picked)
+    names = ["heights", "mask", "blocked", "ground", "steep"]
+    names += ["factor"] if field.factor.size > 1 else []
+    picked: dict[str, Any] = {k: np.ascontiguousarray(getattr(field, k)[nodes]) for k in names}
     return field._replace(
-        heights=np.ascontiguousarray(field.heights[nodes]),
-        mask=np.ascontiguousarray(field.mask[nodes]),
-        blocked=np.ascontiguousarray(field.blocked[nodes]),
-        ground=np.ascontiguousarray(field.ground[nodes]),
-        steep=np.ascontiguousarray(field.steep[nodes]),
-        factor=np.ascontiguousarray(field.factor[nodes]) if field.factor.size > 1 else field.factor,
+        **picked,
         x0=mesh.origin[0],
         y0=mesh.origin[1],
         dx=mesh.cell[0],
