@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from rich.console import Group, RenderableType
 from rich.text import Text
@@ -44,7 +43,7 @@ def comparison(document: Document) -> RenderableType:
     fit = "" if document["r2"] is None else f"R² {number(document['r2'])} "
     measured = (
         f"Mean error {watts(document['mae_w'])}, bias {signed(document['bias_w'])}, "
-        f"{fit}over {log['rows']:,} rows in {_count(log['runs'])} runs; "
+        f"{fit}over {log['rows']:,} rows in {log['runs']} runs; "
         f"energy measured {joules(energy['measured_j'])}, "
         f"predicted {joules(energy['predicted_j'])}{off}."
     )
@@ -242,10 +241,6 @@ def _time(seconds: float) -> str:
         if seconds >= scale:
             return f"{seconds / scale:.3g} {unit}"
     return f"{seconds / 1e-9:.3g} ns"
-
-
-def _count(value: Any) -> int:
-    return value if isinstance(value, int) else len(value)
 
 
 def _apart(*parts: RenderableType | None) -> Group:

@@ -181,16 +181,12 @@ def read_vehicle(name: str, *, even_heat: bool = False) -> tuple[Vehicle, Chassi
 
 
 def _number(table: dict[str, Any], key: str, default: float = math.nan) -> float:
-    raw = table.get(key, default)
-    return float(raw["value"] if isinstance(raw, dict) else raw)
+    return float(table.get(key, default))
 
 
 def _wheels(table: dict[str, Any]) -> tuple[Array, Array, Array]:
     """Place, rolling direction and roller axle of every wheel, each (n, 2)."""
-    kind = table["layout"]
-    if isinstance(kind, dict):
-        kind = kind["value"]
-    if kind == "mecanum":
+    if table["layout"] == "mecanum":
         a, b = _number(table, "half_wheelbase"), _number(table, "half_track")
         angle = _number(table, "roller_angle", math.pi / 4)
         corners = np.array([(1, 1), (1, -1), (-1, 1), (-1, -1)], dtype=float)
@@ -199,8 +195,7 @@ def _wheels(table: dict[str, Any]) -> tuple[Array, Array, Array]:
             [np.full(4, math.sin(angle)), -corners[:, 0] * corners[:, 1] * math.cos(angle)]
         )
         return corners * (a, b), np.tile([1.0, 0.0], (4, 1)), axles
-    angles = table["angles"]
-    bearing = np.array(angles["value"] if isinstance(angles, dict) else angles, dtype=float)
+    bearing = np.array(table["angles"], dtype=float)
     angle = _number(table, "roller_angle", math.pi / 2)
     outward = np.column_stack([np.cos(bearing), np.sin(bearing)])
     tangent = np.column_stack([-np.sin(bearing), np.cos(bearing)])
