@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.power.kinematics import COLUMNS, WheelLayout
+from planner.power.kinematics import COLUMNS, WheelLayout, X, Y
 from planner.power.vehicles.vehicle_keys import between, every_key, vehicle_keys
 from planner.reading import finite_number
 
@@ -105,6 +105,17 @@ class Vehicle:
     parameters: Mapping[str, Mapping[str, Any]]
     active: tuple[str, ...]
     provenance: Provenance = field(default_factory=Provenance)
+
+    @property
+    def half_footprint(self) -> float:
+        """Half of what its wheels span, m, as a mean of both directions."""
+        table = self.layout.table
+        return 0.5 * float(np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
+
+    @property
+    def step_height(self) -> float:
+        """m; half a wheel's radius is the largest step that it climbs without a run."""
+        return 0.5 * self.layout.radius
 
     def uncertainty_of(self, slug: str, name: str) -> float | None:
         """Standard deviation of an effect's parameter as a share of it; None where none is stated.

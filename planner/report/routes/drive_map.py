@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from planner.errors import MapError
-from planner.power.kinematics import X, Y
 from planner.power.model import PowerModel
 from planner.power.sanity import steepest_slopes
 from planner.power.vehicles import Vehicle
@@ -119,18 +118,15 @@ def _looked_at(
     terrain: Terrain, vehicle: Vehicle
 ) -> tuple[NDArray[np.uint8], dict[str, float], NDArray[np.bool_]]:
     """Kind of every cell, steepest slopes, and (RAYS, ny, nx) directions left."""
-    table, limits = vehicle.layout.table, vehicle.limits
-    half_footprint = 0.5 * float(np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
-    # Half a wheel's radius is the largest step that it climbs without a run.
-    blocked = terrain.blocked_cells(0.5 * vehicle.layout.radius)
-    half_length = 0.5 * vehicle.length + limits.clearance
-    half_width = 0.5 * vehicle.width + limits.clearance
+    blocked = terrain.blocked_cells(vehicle.step_height)
+    half_length = 0.5 * vehicle.length + vehicle.limits.clearance
+    half_width = 0.5 * vehicle.width + vehicle.limits.clearance
     mask = yaw_mask(
         np.ascontiguousarray(blocked), *terrain.cell, half_length, half_width, BODY_YAWS
     )
     fits = np.bitwise_count(mask)
     slopes = steepest_slopes(PowerModel.from_vehicle(vehicle))
-    north, east = np.gradient(terrain.riding_surface(half_footprint), *terrain.cell[::-1])
+    north, east = np.gradient(terrain.riding_surface(vehicle.half_footprint), *terrain.cell[::-1])
     angles = 2.0 * math.pi * np.arange(RAYS) / RAYS
     rise = np.cos(angles)[:, None, None] * east + np.sin(angles)[:, None, None] * north
     steep = np.hypot(east, north) > max(slopes.values())

@@ -1,7 +1,7 @@
 """Maps, vehicles and models given as objects where a request has names.
 
-    named = by_name({"map": terrain, "start": (2, 2)}, {}, None, None)
-    named.fields["map"], named.terrain           # the terrain's name, and the terrain
+    _, fields, ground, _ = by_name({"map": terrain, "start": (2, 2)}, {}, None, None)
+    fields["map"], ground                        # the terrain's name, and the terrain
 
 A request itself holds names only, so that it is the same in Python, in a file and over HTTP.
 """
@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any
 
 from planner.errors import RequestError
 from planner.power.model import PowerModel
@@ -19,33 +19,22 @@ from planner.search.requests import RequestLike, SituationRequest
 from planner.terrain.heightmap import Terrain
 
 
-class Named(NamedTuple):
-    """A request by names, and the objects that they stand for.
-
-    Attributes:
-        request: as given, without objects; None where it is merged into ``fields``.
-        fields: over those of ``request``.
-        terrain, model: None where the request's names say which.
-    """
-
-    request: SituationRequest | RequestLike
-    fields: dict[str, Any]
-    terrain: Terrain | None
-    model: PowerModel | None
-
-
 def by_name(
     request: SituationRequest | RequestLike,
     fields: Mapping[str, Any],
     terrain: Terrain | None,
     model: PowerModel | str | PathLike[str] | None,
-) -> Named:
+) -> tuple[SituationRequest | RequestLike, dict[str, Any], Terrain | None, PowerModel | None]:
     """A request as a function takes it, with its objects apart.
 
     Args:
         request, fields: ``map`` may be a Terrain, ``vehicle`` a Vehicle, ``model`` a PowerModel.
         terrain: instead of the request's map.
         model: instead of the request's vehicle or model; a text or a path is its field ``model``.
+
+    Returns:
+        The request without objects, None where it is merged into the fields; the fields over those
+        of the request; terrain and model, None where the request's names say which.
 
     Raises:
         RequestError: both a Vehicle and a model are given.
@@ -71,4 +60,4 @@ def by_name(
         given["vehicle"] = vehicle.name
         if given.get("model") is None:
             ready = PowerModel.from_vehicle(vehicle)
-    return Named(request, given, terrain if isinstance(terrain, Terrain) else None, ready)
+    return request, given, terrain if isinstance(terrain, Terrain) else None, ready

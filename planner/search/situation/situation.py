@@ -152,9 +152,9 @@ class Situation:
         Raises:
             RequestError, MapError, VehicleError, ModelError: something given cannot be used.
         """
-        named = by_name(request, fields, terrain, model)
-        asked = kind.from_call(named.request, named.fields)
-        return asked, situation_of(asked, terrain=named.terrain, model=named.model)
+        request, fields, terrain, model = by_name(request, fields, terrain, model)
+        asked = kind.from_call(request, fields)
+        return asked, situation_of(asked, terrain=terrain, model=model)
 
     @property
     def large(self) -> bool:

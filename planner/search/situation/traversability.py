@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
 from planner.compiled_code import njit
-from planner.power.kinematics import X, Y
 from planner.power.vehicles import Vehicle
 from planner.search.field import CostField
 from planner.search.resolution import DIRECTIONS, MARGIN, YAW_BINS
@@ -101,17 +100,10 @@ class DrivingGround:
         )
 
 
-def step_height(vehicle: Vehicle) -> float:
-    """Largest step, m, that a wheel climbs without a run: half its radius."""
-    return 0.5 * vehicle.layout.radius
-
-
 def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
     """Work out what one vehicle feels on a terrain; kept by the caller for further routes."""
-    table = vehicle.layout.table
-    half_footprint = 0.5 * (np.abs(table[:, X]).max() + np.abs(table[:, Y]).max())
-    heights = np.ascontiguousarray(terrain.riding_surface(half_footprint))
-    blocked = terrain.blocked_cells(step_height(vehicle))
+    heights = np.ascontiguousarray(terrain.riding_surface(vehicle.half_footprint))
+    blocked = terrain.blocked_cells(vehicle.step_height)
     clearance = vehicle.limits.clearance
     half_length = 0.5 * vehicle.length + clearance
     half_width = 0.5 * vehicle.width + clearance
@@ -142,7 +134,7 @@ def driving_ground(terrain: Terrain, vehicle: Vehicle) -> DrivingGround:
         yaw_mask(blocked, *cell, half_length, half_width, YAW_BINS).astype(np.uint32),
         half_length,
         half_width,
-        step_height(vehicle),
+        vehicle.step_height,
         maximum_filter(_steepest(np.ascontiguousarray(heights), *cell), size=7),
     )
 
