@@ -101,14 +101,8 @@ class Hook:
 
 _BODY = ("mass", "speed")
 _WHEEL = (
-    *_BODY,
-    "wheel",
-    "wheel_count",
-    "rim_speed",
-    "roller_speed",
-    "wheel_radius",
-    "nominal_load",
-    "sliding_speed",
+    *(*_BODY, "wheel", "wheel_count", "rim_speed", "roller_speed", "wheel_radius"),
+    *("nominal_load", "sliding_speed"),
 )
 _CONTACT = (*_WHEEL, "load")
 _AXLE = (*_CONTACT, "axis_force", "wheel_acceleration")

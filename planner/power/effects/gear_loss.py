@@ -19,6 +19,8 @@ Left out
 from planner.power.effect import Effect, Parameter, WorkedExample
 from planner.power.kernel_math import larger, sign, smaller
 
+_GEAR = {"wheel_torque": 2.0, "gear_ratio": 25, "efficiency": 0.8}  # of the examples
+
 
 class GearLoss(Effect):
     """Load-dependent friction of the gear."""
@@ -40,27 +42,10 @@ class GearLoss(Effect):
         return wheel_torque / gear_ratio * (backward + (1.0 / efficiency - backward) * driving)
 
     examples = (
+        WorkedExample("gear", {"motor_speed": 1e4, "gear_return": 0, **_GEAR}, 0.1, "2 / (25·0.8)"),
         WorkedExample(
             "gear",
-            {
-                "wheel_torque": 2.0,
-                "motor_speed": 1e4,
-                "gear_ratio": 25,
-                "gear_return": 0,
-                "efficiency": 0.8,
-            },
-            0.1,
-            "2 / (25·0.8)",
-        ),
-        WorkedExample(
-            "gear",
-            {
-                "wheel_torque": 2.0,
-                "motor_speed": -1e4,
-                "gear_ratio": 25,
-                "gear_return": -0.05,
-                "efficiency": 0.8,
-            },
+            {"motor_speed": -1e4, "gear_return": -0.05, **_GEAR},
             0.056,
             "2·(2 - 1/0.8 - 0.05) / 25",
         ),

@@ -61,18 +61,8 @@ def _described(
     """OpenAPI description of a question."""
     content = {media: {"schema": {"type": "string"}} for media in other_media}
     answer = {200: {"model": answered, "description": answered.__doc__, "content": content}}
-    return described(
-        json_content(asked, example),
-        answer,
-        *(406,) * bool(other_media),
-        408,
-        413,
-        415,
-        422,
-        500,
-        503,
-        504,
-    )
+    problems = (*(406,) * bool(other_media), 408, 413, 415, 422, 500, 503, 504)
+    return described(json_content(asked, example), answer, *problems)
 
 
 @router.post("/routes", **_described(PlanRequest, RouteAnswer, EXAMPLE, *_OTHER_FORMATS))
