@@ -193,10 +193,4 @@ def _trials() -> Iterator[Finding]:
             yield Finding(name, "ok", f"{seconds:.1f} s", seconds=seconds)
 
 
-CHECKS: tuple[Callable[[], Iterator[Finding]], ...] = (
-    _versions,
-    _compiled_code,
-    _machine,
-    _service,
-    _folders,
-)
+CHECKS = (_versions, _compiled_code, _machine, _service, _folders)

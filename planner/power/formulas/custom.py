@@ -79,16 +79,9 @@ def custom_effect(
     Raises:
         ModelError: the definition cannot be used; says where.
     """
-    definition = {
-        "name": name,
-        "formula": formula,
-        "unit": unit,
-        "parameters": parameters,
-        "coefficient": coefficient,
-        "title": title,
-        "doc": doc,
-    }
-    return effect_from_definition(definition)
+    needed = {"name": name, "formula": formula, "unit": unit, "parameters": parameters}
+    further = {"coefficient": coefficient, "title": title, "doc": doc}
+    return effect_from_definition({**needed, **further})
 
 
 def effect_from_definition(definition: Any) -> type[Effect]:

@@ -132,7 +132,7 @@ class Vehicle:
 
     def document(self) -> dict[str, Any]:
         """Everything about the vehicle, ready for strict JSON."""
-        known = self.provenance
+        known = asdict(self.provenance)
         return {
             "name": self.name,
             "title": self.title,
@@ -142,12 +142,7 @@ class Vehicle:
             "battery": _finite_or_null(asdict(self.battery)),
             "parameters": {slug: dict(values) for slug, values in self.parameters.items()},
             "active": list(self.active),
-            "sources": dict(known.sources),
-            "defaults_taken": list(known.defaults_taken),
-            "uncertainties": dict(known.uncertainties),
-            "derived": dict(known.derived),
-            "motor": known.motor,
-            "without_source": list(known.without_source),
+            **{k: list(v) if isinstance(v, tuple) else v for k, v in known.items()},
         }
 
     @classmethod

@@ -204,16 +204,11 @@ def _slopes(
     variants[np.arange(len(places)), places] += steps
     steps = variants[np.arange(len(places)), places] - values[places]
     changes, watts = np.zeros(len(places)), np.empty(len(rows))
+    rows, seconds, values = (
+        np.ascontiguousarray(part, dtype=float) for part in (rows, seconds, values)
+    )
     _changes(
-        model.kernel,
-        np.ascontiguousarray(rows, dtype=float),
-        np.ascontiguousarray(seconds, dtype=float),
-        np.ascontiguousarray(values, dtype=float),
-        variants,
-        model.body,
-        model.wheels,
-        watts,
-        changes,
+        model.kernel, rows, seconds, values, variants, model.body, model.wheels, watts, changes
     )
     return changes / steps, watts
 

@@ -22,7 +22,6 @@ from planner.terrain.heightmap import Terrain
 if TYPE_CHECKING:
     import pandas
 
-if TYPE_CHECKING:
     from planner.search.limit_places import LimitUse
     from planner.search.trajectory import Motion
 
@@ -113,10 +112,8 @@ class Route:
     def poses(self) -> list[Pose]:
         """Every pose of the route."""
         names = ("x", "y", "z", "yaw", "t", "speed", "energy_j")
-        return [
-            Pose(*map(float, values))
-            for values in zip(*(self.arrays[n] for n in names), strict=True)
-        ]
+        columns = (self.arrays[name].tolist() for name in names)
+        return [Pose(*values) for values in zip(*columns, strict=True)]
 
     @property
     def distance_m(self) -> Array:
@@ -160,12 +157,9 @@ class Route:
 
     def to_json(self, *, poses: bool = True) -> dict[str, Any]:
         """The route as in ROUTE.json; baselines leave the poses out."""
+        numbers = ("energy_j", "lower_bound_j", "gap", "duration_s", "length_m")
         document: dict[str, Any] = {
-            "energy_j": self.energy_j,
-            "lower_bound_j": self.lower_bound_j,
-            "gap": self.gap,
-            "duration_s": self.duration_s,
-            "length_m": self.length_m,
+            **{name: getattr(self, name) for name in numbers},
             "energy_interval_j": list(self.energy_interval_j),
             "sensitivity": [part.to_json() for part in self.sensitivity],
             "breakdown_j": dict(self.breakdown_j),
