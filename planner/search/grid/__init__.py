@@ -6,7 +6,13 @@ path = grid_path(field, lattice, to_go, start)
 """
 
 from planner.search.grid.lattice import Lattice, build_lattice, node_slope, number_nodes
-from planner.search.grid.least_cost import CostToGo, cost_from, cost_to_go, grid_path
+from planner.search.grid.least_cost import (
+    CostToGo,
+    cost_from,
+    cost_to_go,
+    grid_path,
+    known_close_cost,
+)
 
 __all__ = [
     "CostToGo",
@@ -15,6 +21,7 @@ __all__ = [
     "cost_from",
     "cost_to_go",
     "grid_path",
+    "known_close_cost",
     "node_slope",
     "number_nodes",
 ]

@@ -211,7 +211,7 @@ def _farthest(values: Any, corners: Any, j0: int, i0: int) -> float:
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _close_cost(
+def known_close_cost(
     field: Any, row: Any, close: Any, j: int, i: int, m: int, di: int, dj: int
 ) -> float:
     """``close_cost`` of move number ``m``, remembered where ``row`` and ``close`` have room."""
@@ -334,7 +334,7 @@ def _solve(
                 least = leasts[m] * (factor[b, a] if penalised else 1.0)
                 if np.float32(value + least) > values[y, x]:
                     continue  # whatever it costs, it is no better
-                cost = _close_cost(field, row, close, b, a, m, di, dj)
+                cost = known_close_cost(field, row, close, b, a, m, di, dj)
             if penalised:
                 cost *= factor[b, a]
             cost += value

@@ -1,6 +1,6 @@
 """The compiled search of poses: A* over nodes of the grid with the angle of the body.
 
-    states, cost = search_poses(field, frame, MOVES, to_go, ..., stop)
+    states, cost = search_poses(field, frame, lattice, free, to_go, ..., stop)
 
 hybrid_search calls it and says what a state is.
 """
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import wind_cost
-from planner.search.grid import node_slope
+from planner.search.grid import known_close_cost, node_slope
 from planner.search.resolution import COUNT, LEAST_COST, YAW_BINS
 from planner.search.se2.pose_costs import (
     ANGLE,
@@ -113,7 +113,7 @@ def _trace_back(came: Any, last: int, offsets: Any, nx: int) -> list[int]:
 
 @njit(cache=True, error_model="numpy")
 def _begin(
-    field: Any, frame: Any, start: End, to_go: Any, eager: float, spent: Any, came: Any
+    field: Any, frame: Any, free: Any, start: End, to_go: Any, eager: float, spent: Any, came: Any
 ) -> Any:
     """Heap of the states round the start."""
     nx = to_go.shape[1]
@@ -121,11 +121,32 @@ def _begin(
     for node, b, cost in states_near(field, frame, start, True):
         state = node * YAW_BINS + b
         whole = np.float32(cost + 1.0)
+        if not is_free(free[node // nx, node % nx], b):
+            continue
         if spent[state] == 0.0 or whole < spent[state]:
             spent[state] = whole
             came[state] = _BEGUN
             heapq.heappush(waiting, (cost + eager * to_go[node // nx, node % nx], whole, state))
     return waiting
+
+
+@njit(cache=True, error_model="numpy")
+def _arriving(field: Any, frame: Any, free: Any, goal: End) -> Any:
+    """Cost from states round the goal, by state."""
+    nx = free.shape[1]
+    costs = {}
+    for node, b, cost in states_near(field, frame, goal, False):
+        if is_free(free[node // nx, node % nx], b):
+            costs[node * YAW_BINS + b] = cost
+    return costs
+
+
+@njit(cache=True, error_model="numpy")
+def _holds(field: Any, lattice: Any, j: int, i: int, m: int) -> bool:
+    """Whether some yaw holds all along a move from a node, and not at its ends alone."""
+    di, dj = lattice.moves[m, 0], lattice.moves[m, 1]
+    cost = known_close_cost(field, lattice.row, lattice.close, j, i, m, di, dj)
+    return bool(cost < np.inf)
 
 
 @njit(cache=True, error_model="numpy")
@@ -211,7 +232,8 @@ def _bends(
 def search_poses(
     field: Any,
     frame: Any,
-    offsets: Any,
+    lattice: Any,
+    free: Any,
     to_go: Any,
     turning: Any,
     spin: float,
@@ -226,7 +248,8 @@ def search_poses(
 
     Args:
         field, frame: CostField, and its ``body_frame()``.
-        offsets: (n, 2) of the moves.
+        lattice: of the field.
+        free: (ny, nx) as the field's ``mask``: angles that may be used.
         to_go: (ny, nx) cost-to-go.
         turning: Turning.
         spin: cost of turning on the spot by one angle.
@@ -238,8 +261,8 @@ def search_poses(
         stop: (1,) not zero ends the search.
     """
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
-    heights, mask, grounds, factor = field.heights, field.mask, field.ground, field.factor
-    steep = field.steep
+    heights, mask, grounds, factor = field.heights, free, field.ground, field.factor
+    steep, offsets = field.steep, lattice.moves
     by_yaw, yaw_limit, blocked, margin = field.by_yaw, field.yaw_limit, field.blocked, field.margin
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
     penalised, halt = factor.shape[0] > 1, turning.stop
@@ -253,10 +276,8 @@ def search_poses(
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
     closed = np.zeros(states, np.bool_)
-    waiting = _begin(field, frame, start, to_go, limits.eager, spent, came)
-    arriving = {}
-    for node, b, cost in states_near(field, frame, goal, False):
-        arriving[node * YAW_BINS + b] = cost
+    waiting = _begin(field, frame, free, start, to_go, limits.eager, spent, came)
+    arriving = _arriving(field, frame, free, goal)
     best, last, expanded = np.inf, -1, 0
     while len(waiting) > 0:
         expected, known, state = heapq.heappop(waiting)
@@ -285,8 +306,10 @@ def search_poses(
             inside = 0 <= to_i < nx and 0 <= to_j < ny
             if not (inside and -right <= _wrap(direction[m] - before) <= left):
                 continue
-            still = to_go[to_j, to_i]
-            if still == np.inf:
+            still, metres = to_go[to_j, to_i], length[m]
+            if steep[j, i] and not _holds(field, lattice, j, i, m):
+                metres *= limits.too_steep
+            if still == np.inf or metres == np.inf:
                 continue
             there = mask[to_j, to_i]
             straight, here_cost[:] = -1.0, -1.0
@@ -323,7 +346,7 @@ def search_poses(
                         *(by_yaw[ground], yaw_limit[ground], margin),
                         *(steepness, azimuth - direction[m], relative[m, b]),
                     )
-                driven = max(straight + wind[m], LEAST_COST) * length[m]
+                driven = max(straight + wind[m], LEAST_COST) * metres
                 cost += driven * (factor[j, i] if penalised else 1.0)
                 whole = np.float32(cost + 1.0)
                 # An infinite cost is never below the best one.

@@ -14,7 +14,8 @@ never too high but for the rounding of angles. Five per cent are added to it: fe
 looked at, and the path may cost so much more than the least.
 
 Near the slope limit both ends of a move are priced with the yaw there, and what turns has to hold
-while it does (turning_limits): rollers that move take torque.
+while it does (turning_limits): rollers that move take torque. What lies between them has to hold
+with some yaw.
 
 Costs are estimates by tables; the yaw and speed profiles price the motion afterwards.
 """
@@ -27,6 +28,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.cache import CACHE
@@ -38,7 +40,6 @@ from planner.search.grid import cost_to_go
 from planner.search.resolution import (
     ALL_YAWS,
     DIRECTIONS,
-    MOVES,
     OBJECTIVES,
     STATES,
     TURNS,
@@ -76,11 +77,14 @@ class PoseLimits(NamedTuple):
             driving change it by more than the default.
         most_expanded: states after which it gives up.
         beyond: times the least cost without yaw that a path may cost, about.
+        too_steep: factor on the cost of a move that is too steep for every yaw between its ends. A
+            path that bends may pass beside.
     """
 
     eager: float = 1.05
     most_expanded: int = MOST_EXPANDED
     beyond: float = math.inf
+    too_steep: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -111,6 +115,7 @@ def pose_path(
     start: tuple[Point, float | None],
     goal: tuple[Point, float | None],
     *,
+    free: NDArray[np.uint32] | None = None,
     limits: PoseLimits | None = None,
     token: CancellationToken,
 ) -> PosePath | None:
@@ -121,6 +126,7 @@ def pose_path(
         field: of the situation, for the objective.
         objective: "energy", "time" or "length".
         start, goal: place in m, and yaw in rad or None where it is free.
+        free: (ny, nx) yaw angles that may be used, as the field's ``mask``; None for all of these.
         limits: how far the search goes.
         token: cancellation.
 
@@ -137,7 +143,8 @@ def pose_path(
     to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=limits.beyond, token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
     states, cost = search_poses(
-        *(field, field.body_frame(), MOVES, to_go.values, turning_costs, spin),
+        *(field, field.body_frame(), lattice, field.mask if free is None else free),
+        *(to_go.values, turning_costs, spin),
         *(spin_limit(situation.conditions), _turning_limits(situation.conditions, field)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),

@@ -38,7 +38,6 @@ from planner.search.solve.sketch import (
 from planner.search.solve.steep_ground import (
     FIRST,
     FOR_A_BUDGET,
-    LAST,
     PoseSearch,
     leg_poses,
     straight_up,
@@ -137,6 +136,9 @@ def _on_grid(
             by_poses = sketching.straight_up(caution, attempt)
             if by_poses is not None:
                 return _or_cheaper(run, field, sketching, caution, attempt, by_poses)
+            if sketching.searched:
+                # Poses know slopes better than a share of the limit that holds everywhere.
+                caution = replace(caution, slope_margins=caution.slope_margins[:1])
         caution = next_caution(caution, attempt)
     if first is None:
         return Attempt(sketching.field)
@@ -200,6 +202,7 @@ class _Sketching:
             wanted.
         closely: drives legs, and knows those that come up again.
         passed: what was found through narrow passages.
+        searched: whether poses were searched on steep ground.
     """
 
     run: Run
@@ -210,6 +213,7 @@ class _Sketching:
     passages: Callable[[], Attempt | None] | None
     closely: Closely
     passed: Attempt | None = None
+    searched: bool = False
 
     def with_caution(self, caution: Caution) -> tuple[list[Sketch], Caution]:
         """All sketches to choose among, and the caution that the last of them came from.
@@ -336,7 +340,9 @@ class _Sketching:
     def at_last(self, field: CostField, refused: Attempt) -> Attempt | None:
         """A route by poses where all else failed; searched for while a time budget lasts."""
         assert refused.infeasible is not None  # it has no route
-        found = self._straight_up(field, refused.infeasible, LAST)
+        found = None
+        if not self.searched:
+            found = self._straight_up(field, refused.infeasible, FIRST)
         if found is None and math.isfinite(self.run.seconds_left):
             with self.run.within_budget() as self.run:
                 found = self._straight_up(field, refused.infeasible, FOR_A_BUDGET)
@@ -350,7 +356,7 @@ class _Sketching:
             return None
         if self.run.conditions.lasting or not self.effort.patient:
             return None
-        self.poses_left = False
+        self.poses_left, self.searched = False, True
         return straight_up(self.run, field, self.objective, self.effort, self.closely, searches)
 
 

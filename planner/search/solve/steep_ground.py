@@ -5,13 +5,14 @@
 Near that limit only some yaw angles hold. Driven straight on the body climbs what it cannot climb
 while it turns, and a bend takes the torque that is left. The search of paths knows neither, that of
 poses knows both. Smoothing does not: stretches round places where a smoothed path breaks a limit
-are left as they were found. Where no smoothing helps, the poses there are shut, and others are
-searched.
+are left as they were found. Where no smoothing helps, moves that hold all along are searched. The
+poses at which one still breaks a limit are shut, and others are searched.
 """
 
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import NamedTuple
@@ -36,6 +37,7 @@ from planner.search.solve.sketch import (
     driven_roughly,
     with_costs,
 )
+from planner.search.trajectory import Motion
 from planner.search.wanted_yaw import arriving, leaving
 from planner.search.waypoints import refine
 
@@ -46,23 +48,31 @@ class PoseSearch(NamedTuple):
     Attributes:
         margin: share of the slope limit.
         limits: how far the search goes.
+        smoothed: whether a path is smoothed that cannot be driven as it was found.
     """
 
     margin: float
     limits: PoseLimits
+    smoothed: bool = True
 
 
-_SOON = PoseLimits(most_expanded=120_000, beyond=1.5)
+_SOON = PoseLimits(most_expanded=80_000, beyond=1.5, too_steep=1.0)
 """Where it finds a path, it seldom needs more. So many states hardly ever find one that costs more
-than half as much again as without yaw."""
-_EAGER = PoseLimits(eager=1.5, most_expanded=200_000, beyond=2.0)
+than half as much again as without yaw. Smoothing may lead past what is too steep between nodes."""
+_HOLDS = _SOON._replace(most_expanded=40_000, too_steep=math.inf)
+"""Where it does not: moves that hold all along. What finds a path takes fewer states."""
+_EAGER = _HOLDS._replace(eager=1.5, beyond=2.0)
 """Where that finds none: a path that need not be among the cheapest takes few states."""
 _EAGER_LAST = _EAGER._replace(most_expanded=300_000, beyond=4.0)
-"""Somewhat more, where nothing else is left."""
-FIRST = PoseSearch(MARGIN, _SOON), PoseSearch(MARGIN, _EAGER)
+"""Somewhat more, while a time budget lasts."""
+SEARCHED_AGAIN = 6
+"""Times at most that a path is searched past all poses at which those before break a limit."""
+FIRST = (
+    PoseSearch(MARGIN, _SOON),
+    PoseSearch(MARGIN, _HOLDS),
+    *(SEARCHED_AGAIN * (PoseSearch(MARGIN, _EAGER, smoothed=False),)),
+)
 """Searches one after the other, until one of their paths can be driven."""
-LAST = (PoseSearch(1.0, _EAGER_LAST),)
-"""The same where everything else failed."""
 FOR_A_BUDGET = 8 * tuple(
     PoseSearch(margin, _EAGER_LAST._replace(eager=eager))
     for margin in (MARGIN, 1.02)
@@ -96,18 +106,24 @@ def straight_up(
         effort: how much work goes into it.
         closely: drives legs, and knows those that come up again.
         searches: tried one after the other. Places that motors get too warm at cost more in the
-            next one; poses near other places where a limit is broken are shut.
+            next one; poses near other places where a limit is broken are shut, unless moves need
+            not hold all along: the next search knows better.
     """
     factor, mask = field.factor, field.mask
+    hopeless: set[PoseSearch] = set()
     for search in searches:
-        costs = run.field(objective, search.margin, factor)._replace(mask=mask)
-        poses = leg_poses(run, costs, objective, search.limits)
+        if search in hopeless:
+            continue  # with fewer poses, it finds none again
+        costs = run.field(objective, search.margin, factor)
+        poses = leg_poses(run, costs, objective, search.limits, mask)
         if poses is None:
+            hopeless.add(search)
             continue
         paths = [one.polyline for one in poses]
         drive = partial(smoothed_where_it_moves, run, field, poses, objective, closely)
         driven = [_as_it_is(run, field, paths, objective, closely)]
-        driven += run.other_core.all([partial(drive, cells) for cells in WITH_YAW])
+        if search.smoothed or isinstance(driven[0].motion, Motion):
+            driven += run.other_core.all([partial(drive, cells) for cells in WITH_YAW])
         driven.sort(key=lambda one: one.energy)
         found = Sketch(field, paths, tuple(driven))
         if found.best is not None:
@@ -119,7 +135,7 @@ def straight_up(
                 continue
             if one.motion.too_warm:
                 factor = factor * penalty_near(field, one.motion)
-            else:
+            elif search.limits.too_steep == math.inf:
                 mask = without(mask, field, poses, one.motion)
     return None
 
@@ -151,14 +167,20 @@ def _as_it_is(
 
 
 def leg_poses(
-    run: Run, field: CostField, objective: str, limits: PoseLimits | None = None
+    run: Run,
+    field: CostField,
+    objective: str,
+    limits: PoseLimits | None = None,
+    free: NDArray[np.uint32] | None = None,
 ) -> list[PosePath] | None:
-    """The path of poses for every leg, or None if a leg has none."""
+    """The path of poses for every leg, or None if a leg has none; ``free`` as for ``pose_path``."""
     poses: list[PosePath] = []
     yaws = list(run.yaws)
     for k, (a, b) in enumerate(itertools.pairwise(run.places)):
         ends = (a, leaving(yaws[k])), (b, arriving(yaws[k + 1]))
-        path = pose_path(*(run.situation, field, objective, *ends), limits=limits, token=run.token)
+        path = pose_path(
+            *(run.situation, field, objective, *ends), free=free, limits=limits, token=run.token
+        )
         if path is None:
             return None
         poses.append(path)
