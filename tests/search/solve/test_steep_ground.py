@@ -11,7 +11,9 @@ import pytest
 from planner import plan_route
 from planner.cancellation import CancellationToken
 from planner.power.limits import broken_in_results
+from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
+from planner.power.vehicles import load_vehicle
 from planner.progress import silent
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.field import polyline_cost
@@ -20,14 +22,15 @@ from planner.search.limit_places import Infeasible
 from planner.search.requests import PlanRequest
 from planner.search.resolution import MARGIN, SPIN_UP
 from planner.search.run import Run
-from planner.search.se2 import PosePath
+from planner.search.se2 import PoseLimits, PosePath
 from planner.search.se2.hybrid_search import spin_limit
 from planner.search.situation import situation_of
 from planner.search.solve import grid_planner, steep_ground
 from planner.search.solve.pipeline import Attempt, finished
 from planner.search.solve.recovery import PENALISED_PLACES
-from planner.search.solve.sketch import Closely, Driven
+from planner.search.solve.sketch import ANSWER, Closely, Driven
 from planner.search.solve.steep_ground import smoothed_but_for, without
+from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 from tests.benchmarks.hard_maps import rolling
 from tests.search.maps import hills, terrain
@@ -103,6 +106,56 @@ def test_a_route_is_found_where_poses_first_found_cannot_be_driven():
     assert max(use.share for use in route.limits) <= 1.0
     climbed = (EMPTY_KG + 28.0) * STANDARD_GRAVITY * route.rise_m
     assert route.energy_j > climbed
+
+
+def weak_on_relief() -> tuple[Terrain, PowerModel]:
+    """Real relief at 1:400, and a robot whose motors climb about 60 % of its slopes."""
+    whole = open_map("jacksboro")
+    heights = 0.0025 * whole.heights[156:253, 220:317]
+    vehicle = load_vehicle("minibalance")
+    weak = replace(vehicle.limits, peak_torque=0.01443, continuous_torque=0.01166)
+    cell = (0.0025 * whole.cell[0], 0.0025 * whole.cell[1])
+    relief = Terrain.from_arrays(heights - heights.min(), cell=cell, name="here")
+    return relief, PowerModel.from_vehicle(replace(vehicle, limits=weak))
+
+
+def test_moves_that_hold_between_nodes_lead_where_others_are_refused():
+    """Between two nodes that hold, most paths of poses are too steep there."""
+    relief, model = weak_on_relief()
+    ends = {"start": {"x": 2.893, "y": 4.28}, "goal": {"x": 13.301, "y": 4.196}}
+    [route, *_] = plan_route(terrain=relief, model=model, **ends).routes
+    assert max(use.share for use in route.limits) <= 1.001
+
+
+def test_a_path_of_poses_can_be_driven_between_its_nodes():
+    """Unless too steep moves are asked for, some yaw holds at every place of it."""
+    relief, model = weak_on_relief()
+    ends = {"start": {"x": 2.893, "y": 4.28}, "goal": {"x": 13.301, "y": 4.196}}
+    request = PlanRequest.from_json({"map": "here", **ends})
+    situation = situation_of(request, terrain=relief, model=model)
+    run = Run(request, situation, silent, CancellationToken())
+    field = run.field("energy")
+
+    def cost(**limits: float) -> float:
+        [path] = steep_ground.leg_poses(run, field, "energy", PoseLimits(**limits))
+        return float(polyline_cost(field, path.polyline, field.step))
+
+    assert cost() < math.inf
+    assert cost(too_steep=1.0) == math.inf
+
+
+def test_a_search_that_found_none_is_not_repeated(monkeypatch):
+    """With poses shut since, it would find none again."""
+    run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
+    searched = []
+    monkeypatch.setattr(
+        steep_ground, "leg_poses", lambda run, field, aim, limits, free: searched.append(limits)
+    )
+    field, closely = run.field("energy"), Closely("energy")
+    first = steep_ground.FIRST
+    found = steep_ground.straight_up(run, field, "energy", ANSWER, closely, first)
+    assert found is None
+    assert len(searched) == len(set(searched)) == len(set(first))
 
 
 @pytest.mark.parametrize(
