@@ -97,7 +97,7 @@ def _with_other_torque(run: Run, attempt: Attempt, effort: Effort) -> Run | None
         if not effort.closely or situation.slopes_outlast_heat:
             return None
         return replace(run, situation=situation.with_peak_torque())
-    if attempt.infeasible is None or not attempt.infeasible.too_warm:
+    if not (attempt.too_warm or (attempt.infeasible is not None and attempt.infeasible.too_warm)):
         return None
     # What never exceeds the continuous torque keeps the limit of its mean.
     return replace(run, situation=situation.with_continuous_torque())
@@ -142,7 +142,8 @@ def _on_grid(
         caution = next_caution(caution, attempt)
     if first is None:
         return Attempt(sketching.field)
-    return sketching.at_last(field, first) or first
+    found = sketching.at_last(field, first)
+    return found or replace(first, too_warm=sketching.closely.too_warm)
 
 
 def _or_cheaper(

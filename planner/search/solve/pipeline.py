@@ -59,6 +59,7 @@ class Attempt:
         reason: why there is no route.
         infeasible: where a limit is in the way of a route, or of a cheaper one.
         missed: share of its energy by which a rough trajectory was cheaper that cannot be driven.
+        too_warm: whether some path was refused for the torque over time alone.
     """
 
     field: CostField
@@ -68,6 +69,7 @@ class Attempt:
     reason: str = ""
     infeasible: Infeasible | None = None
     missed: float = 0.0
+    too_warm: bool = False
 
     def candidate(self, source: str) -> Candidate | None:
         """The route under the name of what found it."""

@@ -143,6 +143,11 @@ class Closely:
         """Whether something driven before was infeasible."""
         return any(isinstance(one, Infeasible) for one in self.known.values())
 
+    @property
+    def too_warm(self) -> bool:
+        """Whether the torque over time alone refused something driven before."""
+        return any(isinstance(one, Infeasible) and one.too_warm for one in self.known.values())
+
 
 def _all_driven(
     run: Run,

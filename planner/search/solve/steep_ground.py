@@ -55,6 +55,17 @@ class PoseSearch(NamedTuple):
     limits: PoseLimits
     smoothed: bool = True
 
+    def goes_no_further(self, than: PoseSearch) -> bool:
+        """Whether it finds no path where another one found none; poses may be shut since."""
+        own, other = self.limits, than.limits
+        alike = self.margin == than.margin and own.eager == other.eager
+        return (
+            alike
+            and own.most_expanded <= other.most_expanded
+            and own.beyond <= other.beyond
+            and own.too_steep >= other.too_steep
+        )
+
 
 _SOON = PoseLimits(most_expanded=80_000, beyond=1.5, too_steep=1.0)
 """Where it finds a path, it seldom needs more. So many states hardly ever find one that costs more
@@ -110,14 +121,14 @@ def straight_up(
             not hold all along: the next search knows better.
     """
     factor, mask = field.factor, field.mask
-    hopeless: set[PoseSearch] = set()
+    in_vain: list[PoseSearch] = []
     for search in searches:
-        if search in hopeless:
-            continue  # with fewer poses, it finds none again
+        if any(search.goes_no_further(than) for than in in_vain):
+            continue
         costs = run.field(objective, search.margin, factor)
         poses = leg_poses(run, costs, objective, search.limits, mask)
         if poses is None:
-            hopeless.add(search)
+            in_vain.append(search)
             continue
         paths = [one.polyline for one in poses]
         drive = partial(smoothed_where_it_moves, run, field, poses, objective, closely)
