@@ -144,6 +144,25 @@ def test_a_path_of_poses_can_be_driven_between_its_nodes():
     assert cost(too_steep=1.0) == math.inf
 
 
+@pytest.mark.parametrize("limit", ["torque rms", "torque peak"])
+def test_paths_of_poses_that_are_too_warm_ask_for_the_continuous_torque(monkeypatch, limit):
+    """Whatever stops the path of least cost: less torque at any moment is less warmth."""
+    run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
+    stuck, allowed = Infeasible(6.0, 5.0, "the body cannot turn"), []
+
+    def refused(run, sketches, objective, effort, closely):
+        allowed.append(float(run.conditions.limits[3]))
+        closely.known[(b"poses",)] = Infeasible(7.0, 5.0, "motors", limit=limit)
+        return Attempt(sketches[0].field, legs=[], infeasible=stuck)
+
+    monkeypatch.setattr(grid_planner, "finished", refused)
+    monkeypatch.setattr(grid_planner, "straight_up", lambda *args: None)
+    assert grid_planner.on_grid(run, run.field("energy"), "energy").route is None
+    limits = run.conditions.model.vehicle.limits
+    for_good = {limits.continuous_torque} if limit == "torque rms" else set()
+    assert set(allowed) == {limits.peak_torque} | for_good
+
+
 def test_no_search_follows_that_goes_no_further_than_one_in_vain(monkeypatch):
     """With poses shut since or fewer moves, it would find none again."""
     run = run_on(terrain(hills(64, rms_degrees=6.0)), (2.0, 2.0), (11.0, 8.0))
