@@ -5,7 +5,7 @@ to_go = cost_to_go(field, lattice, goal)                 # CostToGo, from everyw
 path = grid_path(field, lattice, to_go, start)
 """
 
-from planner.search.grid.lattice import Lattice, build_lattice, node_slope, number_nodes
+from planner.search.grid.lattice import Lattice, build_lattice, number_nodes
 from planner.search.grid.least_cost import (
     CostToGo,
     cost_from,
@@ -22,6 +22,5 @@ __all__ = [
     "cost_to_go",
     "grid_path",
     "known_close_cost",
-    "node_slope",
     "number_nodes",
 ]

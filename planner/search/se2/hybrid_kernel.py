@@ -1,6 +1,6 @@
 """The compiled search of poses: A* over nodes of the grid with the angle of the body.
 
-    states, cost = search_poses(field, frame, lattice, free, to_go, ..., stop)
+    states, cost = search_poses(field, frame, lattice, slopes, free, ..., stop)
 
 hybrid_search calls it and says what a state is.
 """
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import wind_cost
-from planner.search.grid import known_close_cost, node_slope
+from planner.search.grid import known_close_cost
 from planner.search.resolution import COUNT, LEAST_COST, YAW_BINS
 from planner.search.se2.pose_costs import (
     ANGLE,
@@ -181,19 +181,6 @@ def _spin(
 
 
 @njit(cache=True, error_model="numpy")
-def _node_slopes(field: Any) -> Any:
-    """Gradient at every node, and its steepness and azimuth, (ny, nx, 4)."""
-    ny, nx = field.heights.shape
-    slopes = np.empty((ny, nx, 4))
-    for j in range(ny):
-        for i in range(nx):
-            px, py = node_slope(field, j, i)
-            slopes[j, i, 0], slopes[j, i, 1] = px, py
-            slopes[j, i, 2], slopes[j, i, 3] = as_polar(px, py)
-    return slopes
-
-
-@njit(cache=True, error_model="numpy")
 def _bends(
     field: Any,
     j: int,
@@ -212,7 +199,7 @@ def _bends(
     Args:
         field: map and costs.
         j, i, b: row, column and angle of the state.
-        slope: (4,) of the node, as in ``_node_slopes``.
+        slope: (4,) of the node, as for ``search_poses``.
         reached: number of how it was reached.
         moves: (n,) rad, direction of each move.
         from_x, from_y: m, from the start of the path.
@@ -233,6 +220,7 @@ def search_poses(
     field: Any,
     frame: Any,
     lattice: Any,
+    slopes: Any,
     free: Any,
     to_go: Any,
     turning: Any,
@@ -249,6 +237,7 @@ def search_poses(
     Args:
         field, frame: CostField, and its ``body_frame()``.
         lattice: of the field.
+        slopes: (ny, nx, 4) gradient at every node, and its steepness and azimuth.
         free: (ny, nx) as the field's ``mask``: angles that may be used.
         to_go: (ny, nx) cost-to-go.
         turning: Turning.
@@ -268,7 +257,6 @@ def search_poses(
     penalised, halt = factor.shape[0] > 1, turning.stop
     ny, nx = heights.shape
     states = ny * nx * YAW_BINS
-    slopes = _node_slopes(field)
     here_cost = np.empty(1 + MOST_TURN)
     moves = _moves(field, offsets, turning)
     length, direction, wind = moves.length, moves.direction, moves.wind

@@ -143,8 +143,8 @@ def pose_path(
     to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=limits.beyond, token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
     states, cost = search_poses(
-        *(field, field.body_frame(), lattice, field.mask if free is None else free),
-        *(to_go.values, turning_costs, spin),
+        *(field, field.body_frame(), lattice, _node_slopes(field)),
+        *(field.mask if free is None else free, to_go.values, turning_costs, spin),
         *(spin_limit(situation.conditions), _turning_limits(situation.conditions, field)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
@@ -168,6 +168,13 @@ def keeping_yaw(field: CostField, paths: Sequence[PosePath]) -> CostField:
         _allow(field, path.points, path.yaws, allowed)
     crowded = field.mask != ALL_YAWS
     return field._replace(mask=np.where(crowded, field.mask & allowed, field.mask))
+
+
+def _node_slopes(field: CostField) -> Array:
+    """Gradient at every node, and its steepness and azimuth, (ny, nx, 4)."""
+    along_y, along_x = np.gradient(field.heights, field.dy, field.dx)
+    steepness, azimuth = np.hypot(along_x, along_y), np.arctan2(along_y, along_x)
+    return np.stack([along_x, along_y, steepness, azimuth], axis=2)
 
 
 def _prices(conditions: OperatingConditions, objective: str) -> tuple[Turning, float]:
