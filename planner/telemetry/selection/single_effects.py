@@ -37,6 +37,10 @@ EQUAL_SHARE = 0.8
 """Share of the squared error that the best one takes off, from which another explains a log as
 well. Errors of sensors that no column describes look a little like many effects."""
 
+SHIFT_DRAG = {"wheel_imbalance", "com_offset"}
+"""Effects that shift drag from wheel to wheel: a mass off the centre loads the wheels unevenly, so
+that several columns of the one together are what the other does."""
+
 
 @dataclass(frozen=True)
 class Tried:
@@ -144,7 +148,9 @@ def fitted_singles(
 
 
 def _are_aliased(examination: Examination, one: Member, other: Member) -> bool:
-    """Whether two effects have the same columns, up to a factor."""
+    """Whether two effects have the same columns, up to a factor or together."""
+    if {one.name, other.name} == SHIFT_DRAG:
+        return True
     pairs = itertools.product(one.columns, other.columns)
     return any(examination.evidence.aliased(*pair) for pair in pairs)
 

@@ -55,7 +55,7 @@ def find_missing_effects(
         found = _with_all_rows(source, found, watch)
     watch(0.9, "weighing what was found")
     found = without_unsupported(found, watch)
-    aliases = with_known_aliases(found.selection.aliases, found.fitted, found.log)
+    aliases = with_known_aliases(found.selection.aliases, found.fitted)
     selection = with_robust_probabilities(found.examination, found.selection)
     selection = replace(selection, aliases=aliases)
     return _with_everything_free(replace(found, selection=selection, searched=found.fitted))

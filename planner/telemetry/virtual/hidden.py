@@ -57,8 +57,6 @@ EQUATIONS = frozenset(
 _FIELDS = {"surface_rolling": "surface_excess", "wheel_imbalance": "wheel_excess"}
 _WITHOUT = ("open_circuit_voltage", "offset_x_squared", "offset_y_squared")
 """Parameters of such effects that the robot's equations do without."""
-# The robot has an offset to one side where the catalogue has the square of one to either side.
-_SIDES = {"com_offset": {name: Strength(name, 0.0) for name in ("offset_x", "offset_y")}}
 
 
 def _strengths_of(effect: type[Effect]) -> dict[str, Strength]:
@@ -70,7 +68,7 @@ def _strengths_of(effect: type[Effect]) -> dict[str, Strength]:
         field = _FIELDS.get(effect.slug, name)
         if effect.slug not in EQUATIONS or name not in _WITHOUT:
             found[name] = Strength(field, usual, null, own.null is not None, own.per)
-    return found | _SIDES.get(effect.slug, {})
+    return found
 
 
 CATALOGUE: dict[str, dict[str, Strength]] = {

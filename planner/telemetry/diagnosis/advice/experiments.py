@@ -78,7 +78,6 @@ WIDE = 0.05
 ROUGH = 0.25
 """What a row counts in which the speed changes: its mean over half a second leaves out of the
 changes of friction as much as the power has noise (docs/virtual-robot.md), and lastingly."""
-_UNEVEN, _OFFSET = "wheel_imbalance", "com_offset"  # planner.telemetry.selection.known_aliases
 
 Run = dict[str, float | None]
 
@@ -293,15 +292,11 @@ class Advice:
                 questions.append(Question(tuple(s.name for s in likely), pairs))
         return questions
 
-    def _blind(self, names: Collection[str]) -> bool:
-        """The columns of an unknown offset know nothing of its side, so no drive parts these."""
-        return set(names) >= {_UNEVEN, _OFFSET} and bool(self.missing(_OFFSET))
-
     def _best(self, question: Question) -> Experiment | None:
         """The drive that answers a question with the largest gain per minute; None: none does."""
         before = self._certainty(self.examination.evidence.total, question)
         best: tuple[float, float, Option] | None = None
-        for option in () if self._blind(question.names) else self.options:
+        for option in self.options:
             after = self._certainty(option.gram, question)
             if question.narrower:
                 enough = bool(np.all(after >= HALVED * before))
