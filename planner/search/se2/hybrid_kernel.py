@@ -1,6 +1,6 @@
 """The compiled search of poses: A* over nodes of the grid with the angle of the body.
 
-    states, cost = search_poses(field, frame, lattice, slopes, free, ..., stop)
+    states, cost = search_poses(field, frame, lattice, nodes, ..., stop)
 
 hybrid_search calls it and says what a state is.
 """
@@ -42,6 +42,20 @@ _SPUN = COUNT * _TURNS
 """From this number on, a state was reached by a turn on the spot, from the angle beyond it."""
 _BEGUN = _SPUN + YAW_BINS
 """The state was reached from the start."""
+
+
+class AtNodes(NamedTuple):
+    """What a search knows of every node.
+
+    Attributes:
+        slopes: (ny, nx, 4) gradient, and its steepness and azimuth.
+        free: (ny, nx) as the field's ``mask``: angles that may be used.
+        to_go: (ny, nx) cost-to-go.
+    """
+
+    slopes: Array
+    free: NDArray[np.uint32]
+    to_go: NDArray[np.float32]
 
 
 class Moves(NamedTuple):
@@ -199,7 +213,7 @@ def _bends(
     Args:
         field: map and costs.
         j, i, b: row, column and angle of the state.
-        slope: (4,) of the node, as for ``search_poses``.
+        slope: (4,) of the node, as in AtNodes.
         reached: number of how it was reached.
         moves: (n,) rad, direction of each move.
         from_x, from_y: m, from the start of the path.
@@ -220,9 +234,7 @@ def search_poses(
     field: Any,
     frame: Any,
     lattice: Any,
-    slopes: Any,
-    free: Any,
-    to_go: Any,
+    nodes: Any,
     turning: Any,
     spin: float,
     spin_limit: Any,
@@ -237,9 +249,7 @@ def search_poses(
     Args:
         field, frame: CostField, and its ``body_frame()``.
         lattice: of the field.
-        slopes: (ny, nx, 4) gradient at every node, and its steepness and azimuth.
-        free: (ny, nx) as the field's ``mask``: angles that may be used.
-        to_go: (ny, nx) cost-to-go.
+        nodes: AtNodes.
         turning: Turning.
         spin: cost of turning on the spot by one angle.
         spin_limit: (grounds,) slope up to which that is possible.
@@ -250,7 +260,8 @@ def search_poses(
         stop: (1,) not zero ends the search.
     """
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
-    heights, mask, grounds, factor = field.heights, free, field.ground, field.factor
+    slopes, mask, to_go = nodes.slopes, nodes.free, nodes.to_go
+    heights, grounds, factor = field.heights, field.ground, field.factor
     steep, offsets = field.steep, lattice.moves
     by_yaw, yaw_limit, blocked, margin = field.by_yaw, field.yaw_limit, field.blocked, field.margin
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
@@ -264,8 +275,8 @@ def search_poses(
     spent = np.zeros(states, np.float32)  # cost and 1, so that 0 is a state not seen yet
     came = np.zeros(states, np.uint16)
     closed = np.zeros(states, np.bool_)
-    waiting = _begin(field, frame, free, start, to_go, limits.eager, spent, came)
-    arriving = _arriving(field, frame, free, goal)
+    waiting = _begin(field, frame, mask, start, to_go, limits.eager, spent, came)
+    arriving = _arriving(field, frame, mask, goal)
     best, last, expanded = np.inf, -1, 0
     while len(waiting) > 0:
         expected, known, state = heapq.heappop(waiting)

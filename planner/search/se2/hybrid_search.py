@@ -45,7 +45,7 @@ from planner.search.resolution import (
     TURNS,
     YAW_BINS,
 )
-from planner.search.se2.hybrid_kernel import MOST_TURN, search_poses
+from planner.search.se2.hybrid_kernel import MOST_TURN, AtNodes, search_poses
 from planner.search.se2.pose_costs import ANGLE, End
 from planner.search.se2.turning_limits import turning_limits
 from planner.search.situation import Situation
@@ -142,9 +142,9 @@ def pose_path(
     lattice = situation.lattice(objective, field)
     to_go = cost_to_go(field, lattice, goal[0], start=start[0], beyond=limits.beyond, token=token)
     turning_costs, spin = _prices(situation.conditions, objective)
+    nodes = AtNodes(_node_slopes(field), field.mask if free is None else free, to_go.values)
     states, cost = search_poses(
-        *(field, field.body_frame(), lattice, _node_slopes(field)),
-        *(field.mask if free is None else free, to_go.values, turning_costs, spin),
+        *(field, field.body_frame(), lattice, nodes, turning_costs, spin),
         *(spin_limit(situation.conditions), _turning_limits(situation.conditions, field)),
         End(*start[0], _at_end(field, *start, spin)),
         End(*goal[0], _at_end(field, *goal, spin)),
@@ -154,8 +154,8 @@ def pose_path(
     token.check()
     if not states:
         return None
-    nodes, angles = np.divmod(np.array(states), YAW_BINS)
-    j, i = np.divmod(nodes, field.heights.shape[1])
+    at, angles = np.divmod(np.array(states), YAW_BINS)
+    j, i = np.divmod(at, field.heights.shape[1])
     inner = np.column_stack([field.x0 + i * field.dx, field.y0 + j * field.dy])
     angles = np.concatenate([angles[:1], angles, angles[-1:]])
     return PosePath(np.vstack([start[0], inner, goal[0]]), angles * ANGLE, float(cost))
