@@ -1,6 +1,6 @@
 """Whether a log belongs together: its runs, its power with its motion, its motion with the robot.
 
-    apart(log, residual)            # what runs and power say, in sentences
+    apart(log, residual, model)     # what runs and power say, in sentences
     source = source.with_findings(beyond_motors(source.sample, model))
 
 None of these names an effect. What changes from run to run without a column may be a load, a
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX
 from planner.telemetry.logs import Finding, Telemetry
 from planner.telemetry.noise import deviation
+from planner.telemetry.prediction import predict
 
 BEYOND_MOTORS = TOO_FAST, TOO_STRONG, TOO_WEAK = "too fast", "too strong", "too weak"
 """Kinds of findings that another unit or another robot explains."""
@@ -38,6 +40,9 @@ LEAST_OF_POWER = 0.05
 """Share of the mean power that they must differ by."""
 LEAST_HALVES_Z = 2.33
 """Standard errors of the correlation of the halves: a chance of one in a hundred."""
+LOAD = 0.05
+"""Share of the robot's mass, small enough that its power is as large per kilogram as that of any
+load."""
 FAR = 10.0
 """Deviations at which a row counts no more: one outlier is no run."""
 VARYING = 0.2
@@ -56,14 +61,15 @@ MOST_TOO_STRONG = 0.5
 """Share of rows that may have more power than the motors at a standstill: an arm or a heater."""
 
 
-def apart(log: Telemetry, residual: Array) -> tuple[str, ...]:
+def apart(log: Telemetry, residual: Array, model: PowerModel) -> tuple[str, ...]:
     """What speaks against a log that lacks nothing: clauses, none where all belongs together.
 
     Args:
         log: the rows.
         residual: (n,) W, measured less modelled; on held-out runs where the model was fitted.
+        model: what it is left by.
     """
-    return (*_runs(log, residual), *_power(log, residual))
+    return (*_runs(log, residual, model), *_power(log, residual))
 
 
 def beyond_motors(log: Telemetry, model: PowerModel) -> tuple[Finding, ...]:
@@ -125,30 +131,50 @@ def _too_fast(log: Telemetry, vehicle: Vehicle, volts: float) -> Iterator[Findin
     yield Finding(TOO_FAST, "vx", many, said)
 
 
-def _runs(log: Telemetry, residual: Array) -> Iterator[str]:
-    """Whole runs that differ: the halves of a run have in common what noise within it has not."""
-    halves, rows = [], []
+def _runs(log: Telemetry, residual: Array, model: PowerModel) -> Iterator[str]:
+    """Whole runs that differ, by so many watts or as another load would make them.
+
+    A load draws nothing at rest, and gives power back downhill: its mean over a run says little.
+    """
     far = FAR * max(deviation(residual), 1e-300)
     kept = np.clip(residual, -far, far)
-    for start, stop in log.run_pieces():
-        if stop - start >= LEAST_RUN_ROWS:
-            middle = (start + stop) // 2
-            halves.append((kept[start:middle].mean(), kept[middle:stop].mean()))
-            rows.append(stop - start)
-    if len(rows) < LEAST_RUNS_APART:
-        return
-    (first, common), (_, second) = np.cov(np.array(halves).T, aweights=np.array(rows, float))
-    correlation = common / max(math.sqrt(first * second), 1e-300)
-    z = math.atanh(min(max(correlation, 0.0), 0.999999)) * math.sqrt(len(rows) - 3)
-    common_w = math.sqrt(max(common, 0.0))
+    heavier = log.rows.copy()
+    heavier[:, INDEX["payload"]] += LOAD * model.vehicle.mass
+    load = predict(model, replace(log, rows=heavier)) - predict(model, log)
+    common_w = max(_common(log, kept, column) for column in (np.ones(len(log)), load))
     share = min(common_w**2 / max(float(np.mean(kept**2)), 1e-300), 1.0)
     much = common_w >= LEAST_OF_POWER * abs(float(log.power.mean()))
-    if share >= LEAST_SHARE_APART and z >= LEAST_HALVES_Z and much:
+    if share >= LEAST_SHARE_APART and much:
         cause = "" if "payload" in log.present else " (a payload?)"
         yield (
             f"whole runs differ by {watts(common_w)}, {in_per_cent(share)} of the squared error, "
             f"and no column tells what changes from run to run{cause}"
         )
+
+
+def _common(log: Telemetry, residual: Array, column: Array) -> float:
+    """W rms, by how much of a column (n,) runs differ; 0 where their halves do not agree.
+
+    The halves of a run have in common what noise within it has not.
+    """
+    shares, weights = [], []
+    for start, stop in log.run_pieces():
+        if stop - start < LEAST_RUN_ROWS:
+            continue
+        middle = (start + stop) // 2
+        halves = slice(start, middle), slice(middle, stop)
+        one, other = (float(column[half] @ column[half]) for half in halves)
+        if one > 0.0 < other:
+            first, second = (column[half] @ residual[half] for half in halves)
+            shares.append((first / one, second / other))
+            weights.append(one * other / (one + other))
+    if len(shares) < LEAST_RUNS_APART:
+        return 0.0
+    (first, common), (_, second) = np.cov(np.array(shares).T, aweights=np.array(weights))
+    correlation = common / max(math.sqrt(first * second), 1e-300)
+    z = math.atanh(min(max(correlation, 0.0), 0.999999)) * math.sqrt(len(shares) - 3)
+    agree = z >= LEAST_HALVES_Z
+    return math.sqrt(common) * float(np.sqrt(np.mean(column**2))) if agree else 0.0
 
 
 def _power(log: Telemetry, residual: Array) -> Iterator[str]:

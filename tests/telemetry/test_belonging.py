@@ -21,19 +21,44 @@ def load_of_each_run(log, size):
     return size * np.linspace(-1.0, 1.0, runs)[np.random.default_rng(2).permutation(runs)][log.run]
 
 
-def test_noise_of_the_meter_is_no_difference_of_runs(motion):
+def power_of_a_load(log, model, mass, runs):
+    """W, (n,): what a load of so many kilograms adds in some runs."""
+    rows = log.rows.copy()
+    rows[:, INDEX["payload"]] += mass * np.isin(log.run, runs)
+    return predict(model, replace(log, rows=rows)) - predict(model, log)
+
+
+def test_noise_of_the_meter_is_no_difference_of_runs(motion, base):
     rng = np.random.default_rng(3)
     slow = np.convolve(rng.standard_normal(len(motion)), np.ones(10) / 3.0, "same")
     for noise in (rng.standard_normal(len(motion)), slow):
-        assert apart(motion, noise) == ()
+        assert apart(motion, noise, base) == ()
 
 
-def test_runs_that_differ_as_a_whole_are_found(motion):
+def test_runs_that_differ_as_a_whole_are_found(motion, base):
     noise = np.random.default_rng(4).standard_normal(len(motion))
-    (said,) = apart(motion, noise + load_of_each_run(motion, 3.0))
+    (said,) = apart(motion, noise + load_of_each_run(motion, 3.0), base)
     assert "whole runs differ" in said
     # An offset of a few hundredths of the power is what a weighed load is usually off by.
-    assert apart(motion, 0.1 * (noise + load_of_each_run(motion, 3.0))) == ()
+    assert apart(motion, 0.1 * (noise + load_of_each_run(motion, 3.0)), base) == ()
+
+
+def test_a_load_is_found_that_draws_nothing_at_rest_and_gives_back_downhill(motion, base):
+    """Half of what it draws has no mean in its run."""
+    load = power_of_a_load(motion, base, 5.0, (2, 5, 9))
+    noise = np.random.default_rng(4).standard_normal(len(motion))
+    (said,) = apart(motion, load + noise, base)
+    assert "whole runs differ" in said
+    # What acts at the same motions in all runs alike is another mass of the data sheet.
+    same = power_of_a_load(motion, base, 5.0, range(14))
+    assert apart(motion, same + noise, base) == ()
+
+
+def test_runs_at_rest_show_no_load(motion, base):
+    rows = motion.rows.copy()
+    rows[:, [INDEX[name] for name in ("vx", "vy", "wz", "ax", "ay", "yaw_acceleration")]] = 0.0
+    noise = np.random.default_rng(4).standard_normal(len(motion))
+    assert apart(replace(motion, rows=rows), noise, base) == ()
 
 
 def test_a_log_whose_load_nobody_wrote_down_is_not_complete(motion, base):
@@ -50,7 +75,7 @@ def test_a_log_whose_load_nobody_wrote_down_is_not_complete(motion, base):
 def test_a_power_that_does_not_follow_the_motion_is_not_complete(motion, base):
     power = np.random.default_rng(5).permutation(predict(base, motion))
     log = replace(motion, power=power)
-    (said,) = apart(log, power - predict(base, motion))
+    (said,) = apart(log, power - predict(base, motion), base)
     assert "how the power varies" in said
     found = diagnose(log, base)
     assert found.verdict != "complete"

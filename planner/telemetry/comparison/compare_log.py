@@ -274,7 +274,7 @@ def _settle(
         refused=refused,
         noise_floor_w=noise.floor_w,
         meter=steady.meter_as_logged,
-        apart=apart(steady, residual if unseen is None else unseen[finite]),
+        apart=apart(steady, residual if unseen is None else unseen[finite], model),
         measured=sample.power[cloud],
         predicted=watts[cloud],
     )

@@ -207,7 +207,7 @@ def _report(source: LogSource, start: PowerModel, found: Found, decision: Decisi
     answer, log = decision.answer, found.log
     sensors = () if wrongly is not None or other_power else _sensor_faults(found)
     selected = tuple(m.name for m in answer.members)
-    odd = apart(log, answer.left)
+    odd = apart(log, answer.left, answer.fit.model)
     verdict = verdict_of(
         faulty=bool(sensors),
         formula=answer.proposal is not None,
