@@ -1,6 +1,9 @@
 """Held-out errors of many candidates, from the Gram matrices of one examination.
 
-LinearHeldout(log, examination).rmse(columns)
+    LinearHeldout(log, examination).rmse(columns)
+
+Rows weigh as in the fits (Noise.even_w): errors that other weights give would be no errors of
+these fits, nor a floor of theirs.
 """
 
 from __future__ import annotations
@@ -13,6 +16,7 @@ from planner.arrays import Array
 from planner.telemetry.evidence import Examination, solve
 from planner.telemetry.holdout.heldout import fold_numbers, rms
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.noise import clipped
 from planner.telemetry.parameters import Prior
 from planner.telemetry.sampling import cluster_numbers
 
@@ -42,14 +46,19 @@ class LinearHeldout:
         )
         self.tangents = [list(range(count)) for count in counts]
         self.folds = fold_numbers(log)
-        blocks = cluster_numbers(log)
+        self.known = examination.noise.redundancy * competitors.known
         library = competitors.library
         self.prior = Prior.of(library.held_model, library.places).precision
-        self.grams = {
-            int(fold): evidence.total
-            - evidence.clusters.part(np.unique(blocks[self.folds == fold]))
-            for fold in np.unique(self.folds)
-        }
+        each = np.unique(self.folds)
+        if examination.noise.even_w:
+            white = self._weighted(examination.raw[:, :-1])
+            parts = [white[self.folds == fold].T @ white[self.folds == fold] for fold in each]
+            self.total = np.sum(parts, axis=0) + np.diag(self.known)
+        else:
+            blocks = cluster_numbers(log)
+            parts = [evidence.clusters.part(np.unique(blocks[self.folds == k])) for k in each]
+            self.total = evidence.total
+        self.grams = {int(fold): self.total - part for fold, part in zip(each, parts, strict=True)}
 
     def rmse(self, columns: Sequence[int]) -> float:
         """W, of the model with some columns."""
@@ -60,13 +69,12 @@ class LinearHeldout:
         return min((self._with([*own, *columns]) for own in self.tangents), key=rms)
 
     def _with(self, columns: Sequence[int]) -> Array:
-        evidence = self.examination.evidence
         at = np.array(columns)
-        whole = np.diag(evidence.total)[at]
+        whole = np.diag(self.total)[at]
 
         def sums(fold: int) -> tuple[Array, Array]:
             gram = self.grams[fold]
-            return gram[np.ix_(at, at)], gram[at, evidence.residual]
+            return gram[np.ix_(at, at)], gram[at, self.examination.evidence.residual]
 
         return self._held_out(self.examination.raw[:, at], whole, sums)
 
@@ -83,16 +91,25 @@ class LinearHeldout:
     def _beside(self, columns: Sequence[int], more: Array) -> Array:
         examination = self.examination
         raw = np.column_stack([examination.raw[:, columns], more])
-        rows = np.column_stack([raw, examination.raw[:, examination.evidence.residual]])
-        white = examination.noise.whiten(self.log, examination.watts, examination.spread, rows)
+        white = self._weighted(raw)
         known = np.zeros(raw.shape[1])
-        known[: len(columns)] = examination.competitors.known[columns]
+        known[: len(columns)] = self.known[columns]
 
         def sums(fold: int) -> tuple[Array, Array]:
             own = white[self.folds != fold]
             return own[:, :-1].T @ own[:, :-1] + np.diag(known), own[:, :-1].T @ own[:, -1]
 
         return self._held_out(raw, (white[:, :-1] ** 2).sum(axis=0) + known, sums)
+
+    def _weighted(self, columns: Array) -> Array:
+        """(n, k + 1) columns (n, k) W and the clipped residual, rows weighted as in the fits."""
+        examination = self.examination
+        noise, residual = examination.noise, examination.raw[:, -1]
+        spread = noise.spread_for_fits(examination.spread)
+        if noise.even_w:
+            residual = clipped(examination.residual, spread)
+        rows = np.column_stack([columns, residual])
+        return noise.for_fits().whiten(self.log, examination.watts, spread, rows)
 
     def _held_out(
         self, raw: Array, whole: Array, sums: Callable[[int], tuple[Array, Array]]

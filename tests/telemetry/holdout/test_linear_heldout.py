@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from planner.quantities import INDEX
 from planner.telemetry.estimation import fit
 from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.holdout import LinearHeldout, heldout_residual, rms
 from planner.telemetry.other_terms import Dictionary
+from planner.telemetry.prediction import predict
 from planner.telemetry.quantities_of_motion import motion_axes
 from planner.telemetry.terms import candidate_library
 from tests.telemetry.rows import measured
@@ -31,6 +35,23 @@ def test_without_more_it_is_the_error_of_the_fit(pulled):
     log, fitted, examination, _ = pulled
     exact = LinearHeldout(log, examination, exact=True)
     assert exact.rmse([]) == pytest.approx(rms(heldout_residual(log, fitted)), rel=0.05)
+
+
+def test_rows_weigh_as_in_the_fit(motion, base):
+    """What starts with the motion misleads weights that trust the quiet rows of a robot at rest."""
+    moves = np.hypot(*motion.rows[:, [INDEX["vx"], INDEX["vy"]]].T) > 0.02
+    watts = predict(base, motion) + 3.0 * moves
+    noise = 0.02 * np.abs(watts) * np.random.default_rng(8).standard_normal(len(motion))
+    log = replace(motion, power=watts + noise)
+    fitted = fit(log, base, evenly=True)
+    library = candidate_library(fitted.model, log)
+    columns = DesignColumns(library, Dictionary.of(log), even_w=fitted.noise.even_w)
+    examination = examine(log, columns)
+    linear = LinearHeldout(log, examination, exact=True)
+    assert linear.rmse([]) == pytest.approx(rms(heldout_residual(log, fitted)), rel=0.05)
+    column = columns.first_shape + examination.shapes[0]
+    examined = linear.residual_with([column])
+    assert rms(linear.residual_beside(examination.raw[:, [column]]) - examined) < 1e-6
 
 
 def test_a_column_is_the_same_examined_or_not(pulled):
