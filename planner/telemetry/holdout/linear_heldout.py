@@ -2,13 +2,15 @@
 
     LinearHeldout(log, examination).rmse(columns)
 
-Rows weigh as in the fits (Noise.even_w): errors that other weights give would be no errors of
-these fits, nor a floor of theirs.
+Where rows weigh evenly in the fits (Noise.even_w), they do so here, too, if that predicts better:
+errors of whitened rows alone would be larger than those of the fits, and a floor as well.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +27,13 @@ HELD_OUT_RIDGE = 1e-6
 LEAST_LEFT = 1e-9
 """Share of a column's square outside a fold below which it is rounding: Gram matrices of the other
 rows are differences."""
+
+
+class _Sums(NamedTuple):
+    """Products of weighted columns (columns, columns): of all rows, and fold → of its rows."""
+
+    total: Array
+    parts: dict[int, Array]
 
 
 class LinearHeldout:
@@ -46,19 +55,16 @@ class LinearHeldout:
         )
         self.tangents = [list(range(count)) for count in counts]
         self.folds = fold_numbers(log)
-        self.known = examination.noise.redundancy * competitors.known
         library = competitors.library
         self.prior = Prior.of(library.held_model, library.places).precision
-        each = np.unique(self.folds)
+        each, blocks = np.unique(self.folds), cluster_numbers(log)
+        parts = [evidence.clusters.part(np.unique(blocks[self.folds == fold])) for fold in each]
+        self.sums = [_Sums(evidence.total, dict(zip(each.tolist(), parts, strict=True)))]
         if examination.noise.even_w:
-            white = self._weighted(examination.raw[:, :-1])
+            white = self._weighted(examination.raw[:, :-1], evenly=True)
             parts = [white[self.folds == fold].T @ white[self.folds == fold] for fold in each]
-            self.total = np.sum(parts, axis=0) + np.diag(self.known)
-        else:
-            blocks = cluster_numbers(log)
-            parts = [evidence.clusters.part(np.unique(blocks[self.folds == k])) for k in each]
-            self.total = evidence.total
-        self.grams = {int(fold): self.total - part for fold, part in zip(each, parts, strict=True)}
+            total = np.sum(parts, axis=0) + np.diag(self._known(evenly=True))
+            self.sums.append(_Sums(total, dict(zip(each.tolist(), parts, strict=True))))
 
     def rmse(self, columns: Sequence[int]) -> float:
         """W, of the model with some columns."""
@@ -66,17 +72,17 @@ class LinearHeldout:
 
     def residual_with(self, columns: Sequence[int]) -> Array:
         """(n,) W, held-out, of the model with some columns."""
-        return min((self._with([*own, *columns]) for own in self.tangents), key=rms)
+        choices = itertools.product(self.tangents, self.sums)
+        return min((self._with([*own, *columns], sums) for own, sums in choices), key=rms)
 
-    def _with(self, columns: Sequence[int]) -> Array:
-        at = np.array(columns)
-        whole = np.diag(self.total)[at]
+    def _with(self, columns: Sequence[int], given: _Sums) -> Array:
+        at, residual = np.array(columns), self.examination.evidence.residual
 
         def sums(fold: int) -> tuple[Array, Array]:
-            gram = self.grams[fold]
-            return gram[np.ix_(at, at)], gram[at, self.examination.evidence.residual]
+            gram = given.total - given.parts[fold]
+            return gram[np.ix_(at, at)], gram[at, residual]
 
-        return self._held_out(self.examination.raw[:, at], whole, sums)
+        return self._held_out(self.examination.raw[:, at], np.diag(given.total)[at], sums)
 
     def residual_beside(self, more: Array, given: Sequence[int] = ()) -> Array:
         """(n,) W, held-out, of the model with columns that were not examined.
@@ -85,15 +91,16 @@ class LinearHeldout:
             more: (n, k) W per unit.
             given: columns of the examination that stand beside them.
         """
-        each = (self._beside([*own, *given], more) for own in self.tangents)
+        choices = itertools.product(self.tangents, (False, True)[: len(self.sums)])
+        each = (self._beside([*own, *given], more, evenly) for own, evenly in choices)
         return min(each, key=rms)
 
-    def _beside(self, columns: Sequence[int], more: Array) -> Array:
+    def _beside(self, columns: Sequence[int], more: Array, evenly: bool) -> Array:
         examination = self.examination
         raw = np.column_stack([examination.raw[:, columns], more])
-        white = self._weighted(raw)
+        white = self._weighted(raw, evenly)
         known = np.zeros(raw.shape[1])
-        known[: len(columns)] = self.known[columns]
+        known[: len(columns)] = self._known(evenly)[columns]
 
         def sums(fold: int) -> tuple[Array, Array]:
             own = white[self.folds != fold]
@@ -101,15 +108,20 @@ class LinearHeldout:
 
         return self._held_out(raw, (white[:, :-1] ** 2).sum(axis=0) + known, sums)
 
-    def _weighted(self, columns: Array) -> Array:
-        """(n, k + 1) columns (n, k) W and the clipped residual, rows weighted as in the fits."""
+    def _known(self, evenly: bool) -> Array:
+        """(columns,) what is known of each coefficient before the log."""
         examination = self.examination
-        noise, residual = examination.noise, examination.raw[:, -1]
-        spread = noise.spread_for_fits(examination.spread)
-        if noise.even_w:
-            residual = clipped(examination.residual, spread)
-        rows = np.column_stack([columns, residual])
-        return noise.for_fits().whiten(self.log, examination.watts, spread, rows)
+        return (examination.noise.redundancy if evenly else 1.0) * examination.competitors.known
+
+    def _weighted(self, columns: Array, evenly: bool) -> Array:
+        """(n, k + 1) columns (n, k) W and the clipped residual, whitened or weighted evenly."""
+        examination = self.examination
+        if not evenly:
+            rows = np.column_stack([columns, examination.raw[:, -1]])
+            return examination.noise.whiten(self.log, examination.watts, examination.spread, rows)
+        even_w = examination.noise.even_w
+        residual = clipped(examination.residual, np.full(len(columns), even_w))
+        return np.column_stack([columns, residual]) / even_w
 
     def _held_out(
         self, raw: Array, whole: Array, sums: Callable[[int], tuple[Array, Array]]
@@ -119,7 +131,7 @@ class LinearHeldout:
         own = range(len(self.prior))
         prior[np.ix_(own, own)] = self.prior
         left = np.empty(len(self.folds))
-        for fold in self.grams:
+        for fold in self.sums[0].parts:
             gram, right = sums(fold)
             # What moves in this fold alone, the other rows do not show.
             seen = np.diag(gram) > LEAST_LEFT * whole
