@@ -243,12 +243,14 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
     # Arrays by names of their own: taking them out of the tuple costs more than a look-up.
     heights, mask, grounds, steep = field.heights, field.mask, field.ground, field.steep
     gentle, factor, reach, safe = field.gentle, field.factor, field.reach, field.safe
+    best, limit, margin = field.best, field.limit, field.margin
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
     ny, nx = heights.shape
+    direction = math.atan2(ey, ex)
     ux, uy = ex / length, ey / length
     wind = 0.0
     if field.extra[0] != 0.0 or field.extra[DIRECTIONS // 4] != 0.0:
-        wind = wind_cost(field, math.atan2(ey, ex))
+        wind = wind_cost(field, direction)
     scale = 0.5 * (GENTLE - 1) / reach
     count = max(1, int(math.ceil(length / step)))
     finer = max(1, int(step / field.step + 0.5))
@@ -284,13 +286,20 @@ def segment_cost(field: Any, xa: float, ya: float, xb: float, yb: float, step: f
                 cost = (gentle[g, a, b] * (1.0 - u) + gentle[g, a + 1, b] * u) * (1.0 - v) + (
                     gentle[g, a, b + 1] * (1.0 - u) + gentle[g, a + 1, b + 1] * u
                 ) * v
+            elif mask[j, i] == ALL_YAWS:
+                azimuth = math.atan2(py, px) - direction
+                cost = cost_for_best_yaw(
+                    best, limit, grounds[j, i], azimuth, math.sqrt(px * px + py * py), margin
+                )
+                if cost == np.inf:
+                    return np.inf
             else:
-                if not doubtful and mask[j, i] != ALL_YAWS:
+                if not doubtful:
                     # Masks settle most of what is impassable, much faster than the body's outline.
                     doubtful = True
                     if _masked_out(field, xa, ya, ex, ey, k, count, finer):
                         return np.inf
-                cost = _tight_cost(field, j, i, x, y, px, py, math.atan2(ey, ex))
+                cost = _tight_cost(field, j, i, x, y, px, py, direction)
                 if cost == np.inf:
                     return np.inf
             if factor.shape[0] > 1:
