@@ -143,10 +143,14 @@ def decide(found: Found, floor: Array) -> Decision:
     answers = [answer.left for answer in (nothing, searched, formula) if answer is not None]
     expected, floor = floor, _undercut(floor, answers)
     left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
-    if searched is not None and _supported(found, before, searched, floor):
-        best = searched
     shape = selection.shape
     alike = shape.near if shape is not None and formula is None else ()
+    if searched is not None and _supported(found, before, searched, floor):
+        if len(searched.members) == 1 or not left_by_nothing.little:
+            best = searched
+        else:
+            # Where hardly anything is left to explain, many sets of effects explain it.
+            alike = tuple(member.name for member in searched.members)
     tried: tuple[Tried, ...] = ()
     unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
     alone = len(best.members) == 1

@@ -244,6 +244,8 @@ def _finished(
         note = ""
         if not known[k]:
             note = "this log says too little about it; it stays near its starting value"
+        elif value == parameter.null:
+            pass  # an effect, or a part of it, that is not there is no warning
         elif value <= problem.prior.low[k] or value >= problem.prior.high[k]:
             note = FittedParameter.AT_THE_END
         numbers = value, float(stderr[place]), parameter.unit, bool(known[k])

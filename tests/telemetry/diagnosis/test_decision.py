@@ -93,6 +93,25 @@ def test_an_effect_that_the_search_overlooked_is_as_unsure_as_another(scrubbed):
     assert unsure.stderr[place] > 1.1 * plain.stderr[place]
 
 
+@pytest.mark.parametrize(("over_floor", "named"), [(1.3, True), (1.1, False)])
+def test_of_the_little_above_the_floor_no_two_effects_are_named(
+    motion, base, monkeypatch, over_floor, named
+):
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub", "air_drag"))
+    robot = changed(robot, yaw_scrub__scrub_moment=3.0, air_drag__drag_area=0.6)
+    log = measured(motion, robot, 0.02, seed=1)
+    found = investigate(log, base, (), lambda _share, _what: None)
+    both = {member.name for member in found.selection.members}
+    assert both == {"yaw_scrub", "air_drag"}
+    monkeypatch.setattr(decision_module, "unexplained_by", lambda *_: Unexplained(over_floor))
+    # One alone does not stand, or it would be named in their place.
+    monkeypatch.setattr(decision_module, "fitted_singles", lambda *_: ())
+    decided = decide(found, np.full(len(log), found.base.noise.floor_w))
+    assert {member.name for member in decided.answer.members} == (both if named else set())
+    assert set(decided.alike) == (set() if named else both)
+    assert not decided.complete
+
+
 def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch):
     """A servo hunts in slow turns: scrub explains some of it, though not as well as the formula.
 
