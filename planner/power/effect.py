@@ -26,7 +26,7 @@ comparing nested ones.
 The file is all that an effect needs: catalogue, documentation, command line, fit, ranking and tests
 find it. A virtual robot hides it by its own formula, unless the robot has an equation of motion for
 it (planner.telemetry.virtual). Optional attributes say what cannot be derived: ``loss``,
-``before_meter``, ``how_to_measure`` and a parameter's ``hidden_at``.
+``before_meter``, ``how_to_measure``, and ``hidden_at`` and ``tried_at`` of a parameter.
 """
 
 from __future__ import annotations
@@ -60,6 +60,7 @@ class Parameter:
         per: "wheel" or "surface" where each wheel or each surface label has a value of its own.
         spread: relative standard deviation of the value before any calibration.
         hidden_at: value in a virtual robot that hides the effect; None takes the default.
+        tried_at: distance from null at which a search tries it first; None takes the default.
     """
 
     unit: str
@@ -72,6 +73,7 @@ class Parameter:
     per: Literal["wheel", "surface"] | None = None
     spread: float = 0.15
     hidden_at: float | None = None
+    tried_at: float | None = None
 
     @property
     def in_virtual_robot(self) -> float:

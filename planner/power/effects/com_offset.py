@@ -22,6 +22,7 @@ Left out
 from planner.power.effect import Effect, Parameter, WorkedExample
 from planner.power.kernel_math import known, root
 
+_TINY = 1e-4  # m; at this size only the side of an offset shows, and its square hardly
 _OFFSETS = {"offset_x": -0.07, "offset_y": 0.3}  # of the examples
 _SQUARES = {"offset_x_squared": 0.01, "offset_y_squared": 0.0025}
 
@@ -35,9 +36,13 @@ class ComOffset(Effect):
 
     gain = Parameter(unit="1", default=1.0, null=0.0, bounds=(-1.0, 3.0), spread=0.1)
     """Factor on the given centre of mass; 1 is exact statics."""
-    offset_x = Parameter(unit="m", default=0.0, null=0.0, bounds=(-2.0, 2.0), spread=1.0)
+    offset_x = Parameter(
+        unit="m", default=0.0, null=0.0, bounds=(-2.0, 2.0), spread=1.0, tried_at=_TINY
+    )
     """Offset forward where com_x is not known."""
-    offset_y = Parameter(unit="m", default=0.0, null=0.0, bounds=(-2.0, 2.0), spread=1.0)
+    offset_y = Parameter(
+        unit="m", default=0.0, null=0.0, bounds=(-2.0, 2.0), spread=1.0, tried_at=_TINY
+    )
     """Offset to the left where com_y is not known."""
     offset_x_squared = Parameter(unit="m²", default=0.0, null=0.0, bounds=(0.0, 4.0), spread=1.0)
     """Square of a further offset, forward or backward, where com_x is not known."""

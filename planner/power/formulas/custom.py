@@ -234,7 +234,7 @@ def _hook_with(arguments: list[str]) -> Callable[..., Any]:
     """A hook with the signature that the pipeline reads; its text in the kernel computes."""
 
     def hook(*_: Any) -> Any:
-        raise NotImplementedError("a custom effect is computed by its kernel")
+        raise TypeError("a custom effect is computed by its kernel: call PowerModel.watts")
 
     hook.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD) for n in arguments]

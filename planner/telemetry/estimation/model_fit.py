@@ -244,9 +244,8 @@ def _finished(
         note = ""
         if not known[k]:
             note = "this log says too little about it; it stays near its starting value"
-        elif value == parameter.null:
-            pass  # an effect, or a part of it, that is not there is no warning
-        elif value <= problem.prior.low[k] or value >= problem.prior.high[k]:
+        elif value != parameter.null and not (problem.prior.low[k] < value < problem.prior.high[k]):
+            # One at its null, where the effect is absent, makes up for nothing.
             note = FittedParameter.AT_THE_END
         numbers = value, float(stderr[place]), parameter.unit, bool(known[k])
         fitted.append(FittedParameter(effect.slug, name, element, *numbers, note))

@@ -272,13 +272,13 @@ def _columns(
 def _usual(full: PowerModel, column: Column) -> float:
     """Size of an effect before anything is known: the vehicle's value or the declared one."""
     effect, name, parameter, _ = full.slots[column.place]
+    if parameter.tried_at is not None:
+        return float(parameter.tried_at)
     value = usual_value(full, effect, name)
     null = parameter.null or 0.0
     size = value - null or parameter.default - null or 0.2
     if parameter.per is None and size == 0.2 and parameter.unit != "1":
-        # Of a quantity with two sides only so small a size shows what the side does.
-        share = 0.01 if column.low >= 0.0 else 1e-4
-        size = share * min(1.0, parameter.bounds[1])
+        size = 0.01 * min(1.0, parameter.bounds[1])
     return float(np.clip(size, column.low, column.high)) or size
 
 

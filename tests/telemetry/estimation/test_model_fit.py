@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.estimation.model_fit import fit
 from planner.telemetry.prediction import predict
@@ -76,6 +77,15 @@ def test_parameters_stay_in_their_physical_range(motion, base):
     roller = by_name(found)["roller_drag__roller"]
     assert roller.value == 0.0
     assert "physical range" in roller.note
+
+
+def test_an_effect_that_is_not_there_is_no_warning(motion, base):
+    """Viscous drag that would have to give energy ends where it is absent."""
+    model = PowerModel.from_vehicle(base.vehicle, effects=("viscous_drag",))
+    pushed = changed(model, viscous_drag__viscous_torque=-2e-6)
+    drag = by_name(fit(measured(motion, pushed, 0.02, seed=2), model))
+    assert drag["viscous_drag__viscous_torque"].value == 0.0
+    assert drag["viscous_drag__viscous_torque"].note == ""
 
 
 def test_what_a_log_does_not_show_is_marked(base, robot):
