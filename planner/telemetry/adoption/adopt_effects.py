@@ -32,6 +32,7 @@ from planner.telemetry.logs import LogLike, MappingLike
 from planner.telemetry.other_terms import given_columns
 from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import open_source
+from planner.telemetry.single_core import single_core
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import fit_with
 
@@ -89,6 +90,7 @@ class Adoption(Shown):
         }
 
 
+@single_core()
 def adopt(
     effects: Wanted | Sequence[Wanted],
     log: LogLike,

@@ -62,6 +62,7 @@ from planner.telemetry.quantities_of_motion import (
 )
 from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, open_source
+from planner.telemetry.single_core import single_core
 from planner.telemetry.starting_model import is_model, starting_model
 
 if TYPE_CHECKING:
@@ -162,6 +163,7 @@ class Comparison(ComparedModel, Shown):
         }
 
 
+@single_core()
 def compare(
     log: LogLike,
     model: PowerModel | Vehicle | str | Path,

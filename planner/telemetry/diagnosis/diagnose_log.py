@@ -91,6 +91,7 @@ from planner.telemetry.selection import (
     Found,
     find_missing_effects,
 )
+from planner.telemetry.single_core import single_core
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import trimmed
 
@@ -98,6 +99,7 @@ MOST_EXPERIMENTS = 3
 """Recommendations of a diagnosis."""
 
 
+@single_core()
 def diagnose(
     log: LogLike,
     model: PowerModel | Vehicle | str | Path,
@@ -133,6 +135,7 @@ def diagnose(
     return diagnose_source(source, start, extra, watch)
 
 
+@single_core()
 def diagnose_source(
     source: LogSource, start: PowerModel, extra: Sequence[type[Effect]], watch: Progress
 ) -> Diagnosis:
