@@ -12,7 +12,7 @@ from __future__ import annotations
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import followed_motions
 from planner.telemetry.holdout import metered_base_fit, overall_error
-from planner.telemetry.logs import Finding, Meter
+from planner.telemetry.logs import Finding, Meter, same_meter
 from planner.telemetry.sampling import LogSource
 
 CLEARLY_LESS = 0.98
@@ -35,11 +35,13 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
         return usual
     log, base = metered_base_fit(usual.sample, start)
     best, least, meter = usual, CLEARLY_LESS * overall_error(log, base), log.meter
-    # A smooth motion shows a meter best; it is the same whatever the reading. Beside a motion of
-    # another moment it is another one.
     trials: list[tuple[LogSource, tuple[Meter | None] | None]] = []
-    for reading in others:
-        trials += [(reading, (meter,)), *([(reading, None)] if reading is others[0] else [])]
+    if others:
+        # A smooth motion shows a meter best; it is the same whatever the reading.
+        smooth, _ = metered_base_fit(others[0].sample, start)
+        meters = [meter] if same_meter(meter, smooth.meter) else [meter, smooth.meter]
+        trials += [(reading, (shown,)) for reading in others for shown in meters]
+    # Beside a motion of another moment it is another one.
     trials += [(reading, None) for reading in followed]
     for reading, known in trials:
         log, base = metered_base_fit(reading.sample, start, known)

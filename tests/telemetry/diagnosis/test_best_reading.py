@@ -89,5 +89,6 @@ def test_noise_of_the_motion_does_not_change_the_meter(swaying, robot, base, tim
     log = replace(seen, power=predict(robot, replace(moved, meter=meter)) + noise)
     chosen = best_reading(open_source(log), base)
     assert chosen.half_width > 0.0
+    assert chosen.steady_rows == 0, "no speed is held"
     found = chosen.sample.meter.time_constant_s if chosen.sample.meter else 0.0
     assert found == pytest.approx(time_constant, rel=0.1, abs=0.5 * STEP)
