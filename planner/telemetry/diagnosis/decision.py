@@ -146,7 +146,7 @@ def decide(found: Found, floor: Array) -> Decision:
     shape = selection.shape
     alike = shape.near if shape is not None and formula is None else ()
     if searched is not None and _supported(found, before, searched, floor):
-        if len(searched.members) == 1 or not left_by_nothing.little:
+        if not left_by_nothing.little or _clear(found, before, searched, floor):
             best = searched
         else:
             # Where hardly anything is left to explain, many sets of effects explain it.
@@ -174,7 +174,7 @@ def decide(found: Found, floor: Array) -> Decision:
         if others:
             best, alike = nothing, (best.members[0].name, *others)
         elif not left_by_nothing.little or _shown(found, tried):
-            best = _better(found, best, tried, floor, before)
+            best = _better(found, best, tried, floor, before, left_by_nothing.little)
         if not best.claims and not left_by_nothing.little:
             alike = alike or _competing(tried)
     leading = best.left if best.claims or not _competing(tried) else tried[0].residual
@@ -343,6 +343,15 @@ def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> boo
     return fewest is not None and supports(found.log, before, found.heldout(fewest), floor)
 
 
+def _clear(found: Found, before: Array, answer: Answer, floor: Array) -> bool:
+    """Whether one effect is claimed that held-out runs show as they must show a formula.
+
+    Of many effects one lowers an error near the floor by chance, by a hundredth or two.
+    """
+    alone = len(answer.members) == 1
+    return alone and supports(found.log, before, answer.judged, floor, formula=True)
+
+
 def _certain(found: Found) -> bool:
     """Whether the ranking shows an effect as certain that was not selected."""
     chosen = {m.name for m in found.selection.members}
@@ -354,18 +363,24 @@ def _certain(found: Found) -> bool:
 
 
 def _better(
-    found: Found, best: Answer, tried: tuple[Tried, ...], floor: Array, before: Array
+    found: Found,
+    best: Answer,
+    tried: tuple[Tried, ...],
+    floor: Array,
+    before: Array,
+    little: bool,
 ) -> Answer:
     """The best single effect where it beats the best answer so far.
 
-    One that the search does not show needs as much as a formula: it was chosen by its error.
+    One that the search does not show needs as much as a formula: it was chosen by its error. So
+    does any effect where little is left to explain.
     """
     first = next((one for one in tried if one.supported), None)
     if first is None or first.competing:
         return best
     if best.claims and not supports(found.log, best.left, first.residual, floor):
         return best
-    shown = _shown(found, (first,))
+    shown = _shown(found, (first,)) and not little
     if not shown and not supports(found.log, before, first.residual, floor, formula=True):
         return best
     member = first.ranked.member

@@ -113,9 +113,10 @@ def _verdict_in_words(diagnosis: Diagnosis, alike: Sequence[str], apart: Sequenc
         return f"{lead}: the error on unseen runs is {error}."
     if diagnosis.verdict == "not_identifiable":
         if alike and diagnosis.unexplained.little and not apart:
+            them = "it" if len(alike) == 1 else "them"
             return (
                 f"This log cannot tell whether anything is missing: {' or '.join(alike)} would "
-                f"lower the error on unseen runs a little, but without them it is {error}, "
+                f"lower the error on unseen runs a little, but without {them} it is {error}, "
                 f"{_beside_noise(diagnosis)}."
             )
         like = f" ({', '.join(alike)} would look the same)" if alike else ""

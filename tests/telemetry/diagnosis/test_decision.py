@@ -112,6 +112,22 @@ def test_of_the_little_above_the_floor_no_two_effects_are_named(
     assert not decided.complete
 
 
+@pytest.mark.parametrize(("moment", "named"), [(0.2, False), (0.45, True)])
+def test_near_the_floor_an_effect_must_be_clear(motion, base, moment, named):
+    """Of many effects one takes off two per cent by chance."""
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
+    robot = changed(robot, yaw_scrub__scrub_moment=moment)
+    log = measured(motion, robot, 0.02, seed=1)
+    found = investigate(log, base, (), lambda _share, _what: None)
+    assert [member.name for member in found.selection.members] == ["yaw_scrub"]
+    floor = np.full(len(log), found.base.noise.floor_w)
+    decided = decide(found, floor)
+    assert rms(decided.before) < 1.2 * rms(floor)
+    assert [member.name for member in decided.answer.members] == ["yaw_scrub"] * named
+    assert decided.alike == (() if named else ("yaw_scrub",))
+    assert not decided.complete
+
+
 def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch):
     """A servo hunts in slow turns: scrub explains some of it, though not as well as the formula.
 
