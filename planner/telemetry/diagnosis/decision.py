@@ -166,7 +166,7 @@ def decide(found: Found, floor: Array) -> Decision:
         floor = _undercut(floor, [one.residual for one in tried])
         several = len(best.members) > 1
         pair = None if left_by_nothing.little or several else _pair(found, tried, floor)
-        if pair is not None:
+        if pair is not None and _leads(log, pair, formula, floor):
             best, doubtful = pair, False
         if doubtful:
             best = _with_equals(found, best, tried, before, floor)
@@ -408,6 +408,14 @@ def _pair(found: Found, tried: tuple[Tried, ...], floor: Array) -> Answer | None
             beside = found.left_beside_base(fitted)
             best = Answer(fitted, left, members, additions, aliases=aliases, beside=beside)
     return best
+
+
+def _leads(log: Telemetry, pair: Answer, formula: Answer | None, floor: Array) -> bool:
+    """Whether two effects do better than the formula that the search shows in their place.
+
+    They are the best of hundreds of pairs.
+    """
+    return formula is None or supports(log, formula.judged, pair.left, floor)
 
 
 def _competing_with(

@@ -164,6 +164,24 @@ def test_an_effect_that_a_formula_outdoes_is_not_named(motion, base, monkeypatch
         assert (decide(found, floor).answer.proposal is not None) is claimed
 
 
+@pytest.mark.parametrize(("better", "named"), [(1.0, False), (0.8, True)])
+def test_two_effects_chosen_by_their_error_must_lead_a_formula(
+    motion, base, monkeypatch, better, named
+):
+    rate = np.abs(motion.rows[:, INDEX["wz"]]) / 0.25
+    log = measured(motion, base, 0.02, seed=3, extra=3.0 * rate * np.exp(1.0 - rate))
+    found = investigate(log, base, (), lambda _share, _what: None)
+    floor = np.full(len(log), found.base.noise.floor_w)
+    formula = decide(found, floor).answer
+    assert formula.proposal is not None
+    both = Member("yaw_scrub", (0,)), Member("air_drag", (0,))
+    pair = Answer(found.base, better * formula.left, both)
+    monkeypatch.setattr(decision_module, "_pair", lambda *_: pair)
+    answer = decide(found, floor).answer
+    assert answer.members == (both if named else ())
+    assert (answer.proposal is None) == named
+
+
 def fan_in_runs(motion, base, watts: float) -> tuple[Found, np.ndarray]:
     """A search that selected nothing of a fan that lasts for runs, and a floor that holds it."""
     temperature = motion_axes(motion.rows)["temperature"]
