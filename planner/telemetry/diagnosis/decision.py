@@ -392,7 +392,7 @@ def _pair(found: Found, tried: tuple[Tried, ...], floor: Array) -> Answer | None
     """Two effects that held-out runs show together; None where one alone does nearly as well.
 
     Of two that are there, each alone seems to compete with the other. The second one was chosen by
-    its error, so that it needs as much as a formula.
+    its error, so that it needs as much as a formula, unless the search is certain of both.
     """
     supported = [one for one in tried if one.supported]
     best: Answer | None = None
@@ -401,7 +401,8 @@ def _pair(found: Found, tried: tuple[Tried, ...], floor: Array) -> Answer | None
         additions = (first.addition, one.addition)
         fitted = found.refit(additions)
         left = found.heldout(fitted)
-        shown = supports(found.log, first.residual, left, floor, formula=True)
+        certain = all(each.ranked.probability >= CERTAIN for each in (first, one))
+        shown = supports(found.log, first.residual, left, floor, formula=not certain)
         if shown and (best is None or rms(left) < rms(best.left)):
             members = (first.ranked.member, one.ranked.member)
             aliases = {each.name: each.equals for each in (first, one)}

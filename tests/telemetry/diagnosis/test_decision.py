@@ -182,6 +182,30 @@ def test_two_effects_chosen_by_their_error_must_lead_a_formula(
     assert (answer.proposal is None) == named
 
 
+@pytest.mark.parametrize("certain", [True, False])
+def test_two_effects_of_which_the_search_is_certain_need_no_more_than_others(
+    motion, base, monkeypatch, certain
+):
+    robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub", "air_drag"))
+    robot = changed(robot, yaw_scrub__scrub_moment=1.5, air_drag__drag_area=0.3)
+    log = measured(motion, robot, 0.02, seed=1)
+    found = investigate(log, base, (), lambda _share, _what: None)
+    ranking = tuple(
+        one if certain else replace(one, probability=min(one.probability, 0.5))
+        for one in found.selection.ranking
+    )
+    nobody = replace(found.selection, members=(), shape=None, ranking=ranking)
+    overlooked = replace(found, selection=nobody, additions=(), fitted=found.base)
+
+    def too_few_runs_for_a_formula(log, before, after, floor, *, formula=False, **given):
+        return not formula and supports(log, before, after, floor, **given)
+
+    monkeypatch.setattr(decision_module, "supports", too_few_runs_for_a_formula)
+    answer = decide(overlooked, np.full(len(log), found.base.noise.floor_w)).answer
+    named = {member.name for member in answer.members}
+    assert (named == {"yaw_scrub", "air_drag"}) is certain
+
+
 def fan_in_runs(motion, base, watts: float) -> tuple[Found, np.ndarray]:
     """A search that selected nothing of a fan that lasts for runs, and a floor that holds it."""
     temperature = motion_axes(motion.rows)["temperature"]
