@@ -344,12 +344,12 @@ def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> boo
 
 
 def _clear(found: Found, before: Array, answer: Answer, floor: Array) -> bool:
-    """Whether one effect is claimed that held-out runs show as they must show a formula.
+    """Whether one effect is claimed that chance alone would hardly show.
 
-    Of many effects one lowers an error near the floor by chance, by a hundredth or two.
+    Of many effects one lowers an error near the floor by a hundredth or two.
     """
     alone = len(answer.members) == 1
-    return alone and supports(found.log, before, answer.judged, floor, formula=True)
+    return alone and supports(found.log, before, answer.judged, floor, chosen=True)
 
 
 def _certain(found: Found) -> bool:
@@ -372,15 +372,17 @@ def _better(
 ) -> Answer:
     """The best single effect where it beats the best answer so far.
 
-    One that the search does not show needs as much as a formula: it was chosen by its error. So
-    does any effect where little is left to explain.
+    One that the search does not show needs as much as a formula: it was chosen by its error. Where
+    little is left to explain, chance must not do as well.
     """
     first = next((one for one in tried if one.supported), None)
     if first is None or first.competing:
         return best
     if best.claims and not supports(found.log, best.left, first.residual, floor):
         return best
-    shown = _shown(found, (first,)) and not little
+    shown = _shown(found, (first,))
+    if little and not supports(found.log, before, first.residual, floor, chosen=True):
+        return best
     if not shown and not supports(found.log, before, first.residual, floor, formula=True):
         return best
     member = first.ranked.member

@@ -152,6 +152,7 @@ def supports(
     spread: Array,
     *,
     formula: bool = False,
+    chosen: bool = False,
     grown: float = 1.0,
 ) -> bool:
     """Whether held-out runs support a claim: an effect, an error of a sensor, a formula.
@@ -166,6 +167,7 @@ def supports(
         before, after: (n,) W, held-out residuals of the best answer without the claim, and with it.
         spread: (n,) W, standard deviation of single rows.
         formula: the claim is a formula.
+        chosen: nothing asks for a claim, so that it is one of many that chance may favour.
         grown: factor on the residual with the claim where the fall's size is asked for: a part of
             the fall may be no merit of the claim.
     """
@@ -179,12 +181,13 @@ def supports(
     share = 1.0 - float(huber(grown * after / spread).mean() / max(surer.mean(), 1e-300))
     # What helps unsure rows alone is no effect.
     falls = ratio <= 1.0 - LEAST_FALL and share >= LEAST_FALL
-    if falls and _z_by_run(log, one**2, other**2, claimed) >= LEAST_Z:
+    least_z = LEAST_FORMULA_Z if chosen else LEAST_Z
+    if falls and _z_by_run(log, one**2, other**2, claimed) >= least_z:
         return True
     return (
         ratio <= 1.0 + MOST_RISE
         and share >= LEAST_LOSS_FALL
-        and _z_by_run(log, surer, sure, claimed) >= LEAST_Z
+        and _z_by_run(log, surer, sure, claimed) >= least_z
     )
 
 

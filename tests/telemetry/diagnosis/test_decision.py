@@ -112,19 +112,25 @@ def test_of_the_little_above_the_floor_no_two_effects_are_named(
     assert not decided.complete
 
 
-@pytest.mark.parametrize(("moment", "named"), [(0.2, False), (0.45, True)])
-def test_near_the_floor_an_effect_must_be_clear(motion, base, moment, named):
-    """Of many effects one takes off two per cent by chance."""
+@pytest.mark.parametrize("by_chance", [True, False])
+def test_near_the_floor_an_effect_is_named_where_chance_would_not_do_it(
+    motion, base, monkeypatch, by_chance
+):
     robot = PowerModel.from_vehicle(base.vehicle, effects=("yaw_scrub",))
-    robot = changed(robot, yaw_scrub__scrub_moment=moment)
+    robot = changed(robot, yaw_scrub__scrub_moment=0.25)
     log = measured(motion, robot, 0.02, seed=1)
     found = investigate(log, base, (), lambda _share, _what: None)
     assert [member.name for member in found.selection.members] == ["yaw_scrub"]
+
+    def seen(log, before, after, floor, *, chosen=False, **given):
+        return not (chosen and by_chance) and supports(log, before, after, floor, **given)
+
+    monkeypatch.setattr(decision_module, "supports", seen)
     floor = np.full(len(log), found.base.noise.floor_w)
     decided = decide(found, floor)
     assert rms(decided.before) < 1.2 * rms(floor)
-    assert [member.name for member in decided.answer.members] == ["yaw_scrub"] * named
-    assert decided.alike == (() if named else ("yaw_scrub",))
+    assert [member.name for member in decided.answer.members] == ["yaw_scrub"] * (not by_chance)
+    assert decided.alike == (("yaw_scrub",) if by_chance else ())
     assert not decided.complete
 
 

@@ -96,6 +96,17 @@ def test_parts_that_gain_the_same_support_a_claim(log: Any) -> None:
     assert supports(log, before, 0.8 * before, np.full(ROWS, 0.2), formula=True)
 
 
+def test_what_chance_may_show_supports_no_claim_that_nothing_asks_for(log: Any) -> None:
+    """Errors that fall in some runs and rise in others, by two standard errors altogether."""
+    before = np.where(np.arange(ROWS) % 2, 0.2, -0.2)
+    shares = np.array([0.07, 0.06, 0.08, -0.05, 0.07, 0.06, 0.08, -0.05, -0.06, 0.07])
+    spread = np.full(ROWS, 0.2)
+    for shift, enough in ((0.0, False), (0.03, True)):
+        after = (1.0 - shares - shift)[log.run] * before
+        assert supports(log, before, after, spread)
+        assert supports(log, before, after, spread, chosen=True) is enough
+
+
 def test_a_run_of_one_row_is_no_failure() -> None:
     log = SimpleNamespace(run=np.repeat(np.arange(5), [200, 200, 200, 200, 1]))
     before = 0.2 * np.random.default_rng(1).standard_normal(len(log.run))
