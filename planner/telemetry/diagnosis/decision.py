@@ -165,7 +165,7 @@ def decide(found: Found, floor: Array) -> Decision:
         doubtful |= alone and bool(tried)
         floor = _undercut(floor, [one.residual for one in tried])
         several = len(best.members) > 1
-        pair = None if left_by_nothing.little or several else _pair(found, tried, floor)
+        pair = None if left_by_nothing.little or several else best_pair(found, tried, floor)
         if pair is not None and _leads(log, pair, formula, floor):
             best, doubtful = pair, False
         if doubtful:
@@ -390,7 +390,7 @@ def _better(
     return Answer(first.fit, first.residual, (member,), (first.addition,), aliases=aliases)
 
 
-def _pair(found: Found, tried: tuple[Tried, ...], floor: Array) -> Answer | None:
+def best_pair(found: Found, tried: tuple[Tried, ...], floor: Array) -> Answer | None:
     """Two effects that held-out runs show together; None where one alone does nearly as well.
 
     Of two that are there, each alone seems to compete with the other. The second one was chosen by

@@ -182,7 +182,7 @@ def test_two_effects_chosen_by_their_error_must_lead_a_formula(
     assert formula.proposal is not None
     both = Member("yaw_scrub", (0,)), Member("air_drag", (0,))
     pair = Answer(found.base, better * formula.left, both)
-    monkeypatch.setattr(decision_module, "_pair", lambda *_: pair)
+    monkeypatch.setattr(decision_module, "best_pair", lambda *_: pair)
     answer = decide(found, floor).answer
     assert answer.members == (both if named else ())
     assert (answer.proposal is None) == named
