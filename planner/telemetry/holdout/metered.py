@@ -83,7 +83,7 @@ def metered_base_fit(
 
 
 def predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Telemetry, Fit]:
-    """The log and its fit with the time constant near the likeliest one that predicts best.
+    """The log and its fit with the meter near the likeliest one that predicts best.
 
     The likelihood of rows follows errors of the inputs: a filter that is a little too long or too
     short may take some of them away. On held-out runs that helps less. They must support the change
@@ -92,25 +92,41 @@ def predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Tel
     better beside plain shapes.
     """
     meter = log.meter
-    if meter is None or meter.time_constant_s <= 0.0:
+    if meter is None or not (moves := _moves(log, meter)):
         return log, fitted
     first = error = overall_error(log, fitted)
     before, best = heldout_residual(log, fitted), (log, fitted)
-    for step in TIME_CONSTANT_STEPS:
-        for factor in (step, 1.0 / step):
-            # A power that hardly follows the motion is predicted better by every longer one.
-            while factor * meter.time_constant_s <= Meter.LONGEST_LAG:
-                tried = meter.with_number("time_constant_s", factor * meter.time_constant_s)
-                found = metered_base_fit(log, start, (tried,))
-                if (less := overall_error(*found)) >= error:
-                    break
-                best, error, meter = found, less, tried
+    for factor, later in moves:
+        # A power that hardly follows the motion is predicted better by every longer filter.
+        while factor * meter.time_constant_s <= Meter.LONGEST_LAG:
+            tried = meter.with_number("time_constant_s", factor * meter.time_constant_s)
+            tried = tried.with_number("delay_s", meter.delay_s + later)
+            found = metered_base_fit(log, start, (tried,))
+            if (less := overall_error(*found)) >= error:
+                break
+            best, error, meter = found, less, tried
+            if later:
+                break
     much = error <= (1.0 - ENOUGH_FALL) * first
     if not (much or supports(log, before, heldout_residual(*best), fitted.spread)):
         return log, fitted
     lacking = _lacking(log, fitted)
     beside = [_error_beside(*found, lacking) for found in (best, (log, fitted))]
     return best if beside[0] < beside[1] else (log, fitted)
+
+
+def _moves(log: Telemetry, meter: Meter) -> list[tuple[float, float]]:
+    """Factors on the time constant, and s that the delay grows by, to try in turn.
+
+    A reading that is held belongs to a moment between two rows. Where the power jumps from one to
+    the next, either row fits better than all between them, so that the likelihood has two peaks.
+    """
+    row = float(np.median(log.interval))
+    rows = [(1.0, row)] if meter.sampling == "held" else []
+    if rows and meter.delay_s >= 0.5 * row:  # none foresees the power
+        rows.append((1.0, -row))
+    filters = [(factor, 0.0) for step in TIME_CONSTANT_STEPS for factor in (step, 1.0 / step)]
+    return rows + filters if meter.time_constant_s > 0.0 else rows
 
 
 def _lacking(log: Telemetry, fitted: Fit) -> Array:

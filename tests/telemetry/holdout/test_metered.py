@@ -79,3 +79,19 @@ def test_a_missing_effect_makes_no_filter_longer(motion, robot, base, monkeypatc
     monkeypatch.setattr(metered, "TIME_CONSTANT_STEPS", (4.0,))
     found, _ = metered.predicting_best(base, *each[0])
     assert found.meter == meter
+
+
+def test_a_held_reading_may_be_of_the_row_before(motion, robot, base):
+    """Between two rows the power jumps: the likelihood may have a peak at either of them."""
+    row = float(np.median(motion.interval))
+    late, early = (
+        Meter(delay_s=lag, sampling="held", period_s=3.0 * row) for lag in (0.9 * row, 0.0)
+    )
+    log = shown_by(late, motion, robot)
+    at_first = metered_base_fit(log, base, (early,))
+    moved, found = metered.predicting_best(base, *at_first)
+    assert moved.meter.delay_s == pytest.approx(row)
+    assert metered.overall_error(moved, found) < 0.7 * metered.overall_error(*at_first)
+    # One that is right stays.
+    right = metered_base_fit(log, base, (late,))
+    assert metered.predicting_best(base, *right)[0].meter == late
