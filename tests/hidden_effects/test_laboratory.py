@@ -150,6 +150,14 @@ def answer(verdict: str, *selected: str, **more: Any) -> dict[str, Any]:
     return {"verdict": verdict, "selected": list(selected), "candidates": entries, **more}
 
 
+def test_a_mechanism_that_does_not_work_in_a_drive_is_not_blown_up(tmp_path: Path) -> None:
+    """A cable that never drags: rounding had made its factor 10¹⁶ in the next drive."""
+    log = draw("outside", "tether", 8604, "validation", tmp_path, second=True)
+    for path in (log.path, log.second_path):
+        read = Telemetry.read(path, log.mapping)
+        assert np.abs(read.power).max() < 1e3
+
+
 def test_outcomes_of_a_hidden_effect(hidden: Log) -> None:
     shape = {"quantities": ["speed"]}
     said = {

@@ -301,6 +301,10 @@ def _reach(slug: str, settings: Mapping[str, Any]) -> float:
     return float(reach)
 
 
+LEAST_WORK = 1e-6
+"""Of a mechanism's own unit; less is rounding of a drive in which it does not work."""
+
+
 class _Outside:
     """A mechanism with its numbers, and the factor that gives it its size."""
 
@@ -312,7 +316,7 @@ class _Outside:
         self.factor = 0.0
 
     def watts(self, robot: VirtualRobot, drive: Profile, means: Array, driven: Array) -> Array:
-        """(runs, bins) W; the first drive decides the factor."""
+        """(runs, bins) W; the first drive in which it works decides the factor."""
         power = means[:, :, MEANS.index("power")]
         if self.mechanism is None:
             return np.zeros_like(power)
@@ -320,7 +324,8 @@ class _Outside:
         raw = np.stack([self.mechanism.watts(self.numbers, state) for state in states])
         if self.factor == 0.0:
             rms = float(np.sqrt(np.mean(raw[driven] ** 2)))
-            self.factor = self.size * abs(float(np.mean(power[driven]))) / max(rms, 1e-12)
+            if rms > LEAST_WORK:
+                self.factor = self.size * abs(float(np.mean(power[driven]))) / rms
         return self.factor * raw
 
 
