@@ -56,7 +56,6 @@ def plain_log(lengths: Sequence[int], rows: Floats | None = None) -> Telemetry:
         run_names=tuple(f"run {k}" for k in range(len(lengths))),
         time=STEP * within,
         interval=np.full(count, STEP),
-        wheel_currents=None,
         surfaces=(),
         present=frozenset({"vx", "vy", "wz"}),
         derived=(),

@@ -25,7 +25,7 @@ from planner.errors import LogError
 from planner.power.rows import gravity_columns
 from planner.quantities import DEFAULT_ROW, INDEX, QUANTITIES, ROW_LENGTH, STANDARD_GRAVITY
 from planner.telemetry.logs.checks import Checks
-from planner.telemetry.logs.columns import MAY_BE_UNKNOWN, POSSIBLE, TEXT, wheel_number
+from planner.telemetry.logs.columns import MAY_BE_UNKNOWN, POSSIBLE, TEXT, is_wheel_current
 from planner.telemetry.logs.files import Block
 from planner.telemetry.logs.mapping import Column, Mapping
 
@@ -49,21 +49,17 @@ class Rows:
     run: Integers
     time: Array
     interval: Array
-    wheel_currents: Array | None
 
-    def arrays(self) -> dict[str, Array | None]:
+    def arrays(self) -> dict[str, Array]:
         """The arrays that have an entry for every row, by name."""
         return {one.name: getattr(self, one.name) for one in fields(Rows)}
 
     @staticmethod
     def joined(parts: Sequence[Rows], last: Some) -> Some:
         """Parts of a log as one; ``last`` is its last chunk, whose labels are complete."""
-        together = {}
-        for name in last.arrays():
-            known = [part.arrays()[name] for part in parts]
-            arrays = [one for one in known if one is not None]
-            together[name] = np.concatenate(arrays) if arrays else None
-        return replace(last, **together)  # type: ignore[arg-type]
+        arrays = [part.arrays() for part in parts]
+        together = {name: np.concatenate([one[name] for one in arrays]) for name in arrays[0]}
+        return replace(last, **together)
 
 
 class Assembler:
@@ -87,8 +83,6 @@ class Assembler:
         self._odometer = 0.0
         self._run_length = 0
         self._current = -1.0
-        currents = (wheel_number(name) for name in resolved)
-        self.wheels = max((n for n in currents if n is not None), default=0)
 
     def feed(self, block: Block) -> Rows | None:
         """Take a block; the rows that are finished by it."""
@@ -143,13 +137,13 @@ class Assembler:
                 bad = ~np.isfinite(column)
                 self.checks.leave_out("missing", name, rows[bad & keep])
                 keep &= ~bad
-            key = "battery_current" if wheel_number(name) else name
+            key = "battery_current" if is_wheel_current(name) else name
             low, high = POSSIBLE.get(key, (-np.inf, np.inf))
             with np.errstate(invalid="ignore"):
                 impossible = (column < low) | (column > high)
             if not impossible.any():
                 continue
-            if name in MAY_BE_UNKNOWN or wheel_number(name):
+            if name in MAY_BE_UNKNOWN or is_wheel_current(name):
                 values[name] = np.where(impossible, np.nan, column)
                 self.checks.disbelieve(name, rows[impossible])
             else:
@@ -263,7 +257,6 @@ class Assembler:
             run=inside["run"].astype(np.int64),
             time=inside["time"].copy(),
             interval=interval[first:end].copy(),
-            wheel_currents=self._currents(inside),
         )
 
     def _fill(self, target: Array, name: str, measured: Channels, computed: Channels) -> None:
@@ -292,13 +285,6 @@ class Assembler:
         since = np.where(place >= 0, starts[np.maximum(place, 0)], self._start)
         self._start = float(since[-1])
         return time - since
-
-    def _currents(self, inside: Channels) -> Array | None:
-        if not self.wheels:
-            return None
-        nothing = np.full(len(inside["time"]), np.nan)
-        columns = [inside.get(f"wheel_current_{n}", nothing) for n in range(1, self.wheels + 1)]
-        return np.column_stack(columns)
 
 
 class _Steps:

@@ -32,14 +32,13 @@ POSSIBLE: dict[str, list[float]] = _having("possible")
 OFTEN_MISTAKEN: dict[str, str] = _having("mistaken")
 OTHER_NAMES: dict[str, list[str]] = _having("other_names")
 """What other logs call the required columns; only asked about, never taken."""
-_WHEEL_CURRENT = re.compile(r"wheel_current_([1-9][0-9]?)")
+_WHEEL_CURRENT = re.compile(r"wheel_current_[1-9][0-9]?")
 _WHEEL_SPEED = re.compile(r"wheel_speed_[1-9][0-9]?")
 
 
-def wheel_number(name: str) -> int | None:
-    """The n of "wheel_current_n", None for any other name."""
-    match = _WHEEL_CURRENT.fullmatch(name)
-    return int(match[1]) if match else None
+def is_wheel_current(name: str) -> bool:
+    """True for "wheel_current_1", "wheel_current_2", …"""
+    return _WHEEL_CURRENT.fullmatch(name) is not None
 
 
 def is_wheel_speed(name: object) -> bool:
@@ -49,14 +48,14 @@ def is_wheel_speed(name: object) -> bool:
 
 def is_quantity(name: str) -> bool:
     """True for a name that a column of a log may have."""
-    return name in UNITS or wheel_number(name) is not None
+    return name in UNITS or is_wheel_current(name)
 
 
 def unit_of(name: str) -> str:
     """SI unit of a log's quantity ("text" for labels)."""
     if is_wheel_speed(name):
         return "rad/s"
-    return "A" if wheel_number(name) else UNITS[name]
+    return "A" if is_wheel_current(name) else UNITS[name]
 
 
 def closest(name: str, known: Iterable[str]) -> str | None:

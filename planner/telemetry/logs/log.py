@@ -40,7 +40,7 @@ from planner.telemetry.logs.columns import (
     UNITS,
     closest,
     is_quantity,
-    wheel_number,
+    is_wheel_current,
 )
 from planner.telemetry.logs.files import Block, LogFile
 from planner.telemetry.logs.formats import open_log, open_table
@@ -67,7 +67,6 @@ class Telemetry(Rows):
         run: (n,) number of the run, an index into ``run_names``.
         time: (n,) s as logged, the end of a row's interval.
         interval: (n,) s that a row stands for.
-        wheel_currents: (n, k) A, NaN where not known; None when the log has none.
         run_names: labels of the runs; of a chunk, those up to its end.
         surfaces: labels of the ground in the order of their first row.
         present: quantities that the log measured or its mapping gave as constants.
@@ -193,7 +192,7 @@ class Telemetry(Rows):
     def take(self, chosen: ArrayLike | slice) -> Telemetry:
         """The rows of an index array, mask or slice; labels and report stay those of the log."""
         at = chosen if isinstance(chosen, slice) else np.asarray(chosen)
-        chosen_rows = {k: None if v is None else v[at] for k, v in self.arrays().items()}
+        chosen_rows = {name: values[at] for name, values in self.arrays().items()}
         return replace(self, **chosen_rows)  # type: ignore[arg-type]
 
     def rows_for(self, surfaces: Sequence[str]) -> Array:
@@ -313,6 +312,6 @@ def _sentences(given: set[str]) -> tuple[tuple[str, ...], tuple[str, ...]]:
         )
     if "surface" not in given:
         assumed.append("no surface: one ground everywhere")
-    if not any(wheel_number(name) for name in given):
+    if not any(is_wheel_current(name) for name in given):
         assumed.append("no wheel currents: resistance and torque constant stay one number, R/k_t²")
     return tuple(f"{name}: {_DERIVED[name]}" for name in missing), tuple(assumed)

@@ -207,8 +207,7 @@ class LogSource:
         digest.update(json.dumps(self.describe()).encode())
         for name, values in whole.arrays().items():
             digest.update(name.encode())
-            if values is not None:
-                digest.update(np.ascontiguousarray(values).data)
+            digest.update(np.ascontiguousarray(values).data)
         return digest.hexdigest()
 
     def describe(self) -> dict[str, Any]:

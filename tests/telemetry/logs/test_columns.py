@@ -14,8 +14,8 @@ from planner.telemetry.logs.columns import (
     UNITS,
     closest,
     is_quantity,
+    is_wheel_current,
     unit_of,
-    wheel_number,
 )
 
 
@@ -54,14 +54,14 @@ def test_another_unit_is_outside_of_what_can_be(name: str, wrong: float) -> None
 def test_currents_of_wheels_are_columns_in_ampere(name: str) -> None:
     assert is_quantity(name)
     assert unit_of(name) == "A"
-    assert wheel_number(name) == int(name.rpartition("_")[2])
+    assert is_wheel_current(name)
 
 
 @pytest.mark.parametrize(
     "name", ["wheel_current_0", "wheel_current_", "wheel_current_1x", "wheel_current_100", "vxx"]
 )
 def test_other_names_are_none(name: str) -> None:
-    assert wheel_number(name) is None
+    assert not is_wheel_current(name)
     assert not is_quantity(name)
 
 
