@@ -1,16 +1,33 @@
 """Accelerations that follow from changes of the speeds, as a body that turns feels them.
 
+slopes = slopes_of(log, log.rows[:, speeds])
 put_accelerations(log, rows, where, slopes)     # into rows; measured ones stay
 """
 
 from __future__ import annotations
 
-from planner.arrays import Array, Integers
+import numpy as np
+
+from planner.arrays import Array, Integers, Mask
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 
 SPEEDS = ("vx", "vy", "wz")
 RATES = ("ax", "ay", "yaw_acceleration")
+
+
+def moving(log: Telemetry) -> Mask:
+    """(n,) whether a row is not exactly at rest."""
+    return np.asarray(np.any(log.rows[:, [INDEX[name] for name in SPEEDS]] != 0.0, axis=1))
+
+
+def slopes_of(log: Telemetry, values: Array) -> Array:
+    """(n, m) change per second of values (n, m), over the rows on either side."""
+    slopes = np.zeros_like(values)
+    for start, stop in log.segments():
+        if stop - start > 1:
+            slopes[start:stop] = np.gradient(values[start:stop], log.time[start:stop], axis=0)
+    return slopes
 
 
 def put_accelerations(log: Telemetry, rows: Array, where: Integers, slopes: Array) -> None:

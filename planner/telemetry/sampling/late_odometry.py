@@ -20,10 +20,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations
+from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations, slopes_of
 
 
 def with_undone_lag(log: Telemetry, lag: float) -> Telemetry:
@@ -38,17 +37,8 @@ def with_undone_lag(log: Telemetry, lag: float) -> Telemetry:
     """
     rows = log.rows.copy()
     speeds = np.array([INDEX[name] for name in SPEEDS])
-    slopes = _slopes(log, rows[:, speeds])
+    slopes = slopes_of(log, rows[:, speeds])
     rows[:, speeds] += lag * slopes
-    slopes += lag * _slopes(log, slopes)
+    slopes += lag * slopes_of(log, slopes)
     put_accelerations(log, rows, np.arange(len(log)), slopes)
     return replace(log, rows=rows)
-
-
-def _slopes(log: Telemetry, values: Array) -> Array:
-    """(n, m) change per second of values (n, m), over the rows on either side."""
-    slopes = np.zeros_like(values)
-    for start, stop in log.segments():
-        if stop - start > 1:
-            slopes[start:stop] = np.gradient(values[start:stop], log.time[start:stop], axis=0)
-    return slopes

@@ -25,31 +25,30 @@ from dataclasses import replace
 
 import numpy as np
 
-from planner.arrays import Array, Mask
+from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import deviation
+from planner.telemetry.sampling.accelerations import RATES, SPEEDS, moving, slopes_of
 
 DIFFERENCES = 3
 """Order of the differences that noise is seen in: those of a parabola vanish."""
 THIRD_DIFFERENCE = np.sqrt(20.0)
 """Standard deviation of white noise's third differences over its own: √(1 + 9 + 9 + 1)."""
-_SPEEDS = ("vx", "vy", "wz")
-_RATES = ("ax", "ay", "yaw_acceleration")
 _TILTS = ("gravity_x", "gravity_y")
 
 
 def noise_of_motion(log: Telemetry) -> dict[str, float]:
     """Standard deviation of the white noise of every measured channel of the motion, SI units."""
-    moving = _moving(log)
-    measured = [*_SPEEDS, *(name for name in _RATES if name in log.present), *_TILTS]
+    driven = moving(log)
+    measured = [*SPEEDS, *(name for name in RATES if name in log.present), *_TILTS]
     found = {}
     for name in measured:
         values, seen = log.rows[:, INDEX[name]], []
         for start, stop in log.segments():
             if stop - start > DIFFERENCES:
                 drive = np.lib.stride_tricks.sliding_window_view(
-                    moving[start:stop], DIFFERENCES + 1
+                    driven[start:stop], DIFFERENCES + 1
                 )
                 seen.append(np.diff(values[start:stop], DIFFERENCES)[drive.all(axis=1)])
         scatter = np.concatenate([np.empty(0), *seen])
@@ -67,30 +66,21 @@ def with_more_noise(log: Telemetry, rng: np.random.Generator) -> Telemetry:
     Returns:
         A log with the same rows. Accelerations that were not measured are slopes of the speeds.
     """
-    moving, before = _moving(log), log.rows
+    driven, before = moving(log), log.rows
     rows = before.copy()
     for name, size in noise_of_motion(log).items():
-        rows[moving, INDEX[name]] += size * rng.standard_normal(int(moving.sum()))
+        rows[driven, INDEX[name]] += size * rng.standard_normal(int(driven.sum()))
     turned, was = _turning(rows), _turning(before)
-    for place, (speed, rate) in enumerate(zip(_SPEEDS, _RATES, strict=True)):
-        if rate in log.present:
-            continue
-        change = rows[:, INDEX[speed]] - before[:, INDEX[speed]]
-        rows[:, INDEX[rate]] += turned[place] - was[place]
-        for start, stop in log.segments():
-            if stop - start > 1:
-                rows[start:stop, INDEX[rate]] += np.gradient(
-                    change[start:stop], log.time[start:stop]
-                )
+    speeds = np.array([INDEX[name] for name in SPEEDS])
+    slopes = slopes_of(log, rows[:, speeds] - before[:, speeds])
+    for place, rate in enumerate(RATES):
+        if rate not in log.present:
+            rows[:, INDEX[rate]] += turned[place] - was[place]
+            rows[:, INDEX[rate]] += slopes[:, place]
     return replace(log, rows=rows)
-
-
-def _moving(log: Telemetry) -> Mask:
-    """(n,) whether a row is not exactly at rest."""
-    return np.asarray(np.any(log.rows[:, [INDEX[name] for name in _SPEEDS]] != 0.0, axis=1))
 
 
 def _turning(rows: Array) -> tuple[Array, Array, Array]:
     """What turning of the frame adds to ax, ay and the yaw acceleration, (n,) each."""
-    vx, vy, wz = rows[:, [INDEX[name] for name in _SPEEDS]].T
+    vx, vy, wz = rows[:, [INDEX[name] for name in SPEEDS]].T
     return -wz * vy, wz * vx, np.zeros(len(rows))

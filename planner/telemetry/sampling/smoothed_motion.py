@@ -25,7 +25,7 @@ import numpy as np
 from planner.arrays import Array, Integers
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.sampling.accelerations import RATES, SPEEDS, put_accelerations
+from planner.telemetry.sampling.accelerations import RATES, SPEEDS, moving, put_accelerations
 
 LEAST_NEIGHBOURS = 3
 """Rows on either side, at least: a parabola through five leaves 70 % of a value's noise."""
@@ -53,8 +53,7 @@ def with_smoothed_motion(log: Telemetry, half_width: float) -> Telemetry:
         Rows with fewer than LEAST_NEIGHBOURS on either side stay, as do those at rest.
     """
     reach = _neighbours(log, half_width)
-    moving = np.any(log.rows[:, [INDEX[name] for name in SPEEDS]] != 0.0, axis=1)
-    wide = np.flatnonzero((reach >= LEAST_NEIGHBOURS) & moving)
+    wide = np.flatnonzero((reach >= LEAST_NEIGHBOURS) & moving(log))
     if not len(wide):
         return log
     places = np.array([INDEX[name] for name in _MEASURED])
