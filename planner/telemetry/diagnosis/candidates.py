@@ -28,10 +28,9 @@ def adoptable(found: Found, answer: Answer) -> dict[str, Addition]:
     for slug, effect in all_effects().items():
         if not effect.base and slug not in library.own:
             additions[slug] = Addition.usual(effect, library.model)
-    for ranked, where in _ranking(found):
-        known = where.competitors.library
-        addition = Addition.of(known, ranked.member.term, ranked.coefficients)
-        additions[ranked.name] = addition.completed(known)
+    for ranked in _ranking(found):
+        addition = Addition.of(library, ranked.member.term, ranked.coefficients)
+        additions[ranked.name] = addition.completed(library)
     for member, addition in zip(answer.members, answer.additions, strict=True):
         additions[member.name] = addition
     if answer.proposal is not None:
@@ -39,11 +38,9 @@ def adoptable(found: Found, answer: Answer) -> dict[str, Addition]:
     return additions
 
 
-def _ranking(found: Found) -> list[tuple[RankedTerm, Examination]]:
-    """Competing effects, and the examination that their members are counted in."""
-    all_rows = [(ranked, found.examination) for ranked in found.selection.ranking]
-    refuted = [(ranked, found.local) for ranked in found.refuted]
-    return [entry for entry in [*all_rows, *refuted] if not entry[0].member.sensor]
+def _ranking(found: Found) -> list[RankedTerm]:
+    """Competing effects."""
+    return [ranked for ranked in found.selection.ranking if not ranked.member.sensor]
 
 
 def candidates_of(
@@ -59,15 +56,14 @@ def candidates_of(
             **dict.fromkeys(names, rms(heldout_residual(found.log, decision.searched.fit))),
             **in_full,
         }
-    # The statistics of a long log do not keep its rows: the sample's errors stand for it.
-    linear = LinearHeldout(found.log, found.local, exact=True)
-    order = sorted(_ranking(found), key=lambda entry: entry[0].name not in selected)
-    for ranked, where in order:
+    linear = LinearHeldout(found.log, examination, exact=True)
+    order = sorted(_ranking(found), key=lambda ranked: ranked.name not in selected)
+    for ranked in order:
         chosen = ranked.name in selected
         if chosen:
             parameters = _fitted_estimates(fitted, ranked.name)
         else:
-            parameters = _linear_estimates(where, ranked)
+            parameters = _linear_estimates(examination, ranked)
         # An effect alone; a selected one with all that were selected.
         probability: float | None = ranked.probability
         if chosen:
@@ -75,7 +71,7 @@ def candidates_of(
         elif ranked.name in in_full:
             heldout = in_full[ranked.name]
         else:
-            heldout = linear.rmse(ranked.member.columns_in(found.local, where))
+            heldout = linear.rmse(ranked.member.columns)
         if chosen != (ranked.probability >= 0.5):
             # The weights are those of the search, which held-out runs have overruled.
             probability = None

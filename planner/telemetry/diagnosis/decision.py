@@ -160,7 +160,7 @@ def decide(found: Found, floor: Array) -> Decision:
     if formula is not None or alone or (not best.claims and unsettled):
         # Elsewhere few do, unless a drive changes little: then all follows its speed.
         competing_with = best.members[0] if formula is None and alone and not doubtful else None
-        linear = LinearHeldout(log, found.local)
+        linear = LinearHeldout(log, found.examination)
         tried = fitted_singles(found, linear, before, floor, competing_with)
         doubtful |= alone and bool(tried)
         floor = _undercut(floor, [one.residual for one in tried])
@@ -312,7 +312,7 @@ def _overlooked(found: Found, floor: Array, little: Array | None) -> Answer | No
     shape = found.overlooked_shape(floor, most)
     if shape is None:
         return None
-    axis = found.local.competitors.dictionary.shapes[shape.number].axis
+    axis = found.examination.competitors.dictionary.shapes[shape.number].axis
     return _with_formula(found, shape, axis)
 
 
@@ -324,9 +324,8 @@ def _with_formula(
     additions: tuple[Addition, ...] = (),
 ) -> Answer:
     """A formula over the axis of a shape, beside members that are kept."""
-    examination = found.examination
-    given = [column for m in kept for column in m.columns_in(found.local, examination)]
-    proposal = propose(found.local, axis, shape, found.log, found.origin, additions, given)
+    given = [column for m in kept for column in m.columns]
+    proposal = propose(found.examination, axis, shape, found.log, found.origin, additions, given)
     left = found.heldout(proposal.fit)
     beside = found.left_beside_base(proposal.fit)
     aliases = dict(found.selection.aliases)

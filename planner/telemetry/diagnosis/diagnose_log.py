@@ -10,7 +10,6 @@ In this order:
     choose     the best subset; test it; compare it with competing models             selection
     refit      model and chosen effects together, and lay out anew around them,
                until the choice stays; with a sensor fault, after correcting it
-    all rows   of a long log are summed up once around the result of the sample
     outside    a residual that the catalogue does not explain gets a formula     unknown_effect
     decide     what held-out runs support, and what stays unexplained             decision
 
@@ -176,7 +175,7 @@ def _decided(
 ) -> list[tuple[Found, Decision]]:
     """Searches of a log, with what is decided about each of them."""
     watch(0.1, "fitting the model")
-    search = partial(find_missing_effects, source, start, extra, watch)
+    search = partial(find_missing_effects, source.sample, start, extra, watch)
     found = with_supported_sensors(source, start, search)
     searches = [found]
     if found.at_bounds(start):
@@ -321,7 +320,7 @@ def _experiments(
     """What to measure next: quantities to log first, then drives."""
     answer = decision.answer
     names = [member.name for member in answer.members]
-    slope = slope_to_log(found.local, found.log, answer.left)
+    slope = slope_to_log(found.examination, found.log, answer.left)
     aliased = Aliases(advice)
     columns = [one for one in (slope, *map(aliased.parted, names)) if one is not None]
     undecided = not answer.claims and not decision.complete

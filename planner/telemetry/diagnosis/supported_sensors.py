@@ -59,7 +59,7 @@ def without_and_with_sensors(
     base = base_fit(log, start)
     before = _least(log, base, GIVEN.beside(given_columns(log, base.model, base.watts), faulty))
     fitted = found.fitted if found.additions else found.base
-    after = _least(found.log, fitted, GIVEN.beside(found.local.given, faulty))
+    after = _least(found.log, fitted, GIVEN.beside(found.examination.given, faulty))
     return before, measured_residual(after, sizes)
 
 
@@ -77,8 +77,8 @@ def as_measured_by(source: LogSource, found: Found) -> Telemetry:
 def floor_behind(found: Found) -> Array:
     """(n,) W, standard deviation of every row of a search that no model can undercut."""
     members = [m for m in found.selection.members if not m.sensor]
-    explained = [c for m in members for c in m.columns_in(found.local, found.examination)]
-    return floor_of(found.log, found.local, explained, exact=found.given is None)
+    explained = [c for m in members for c in m.columns]
+    return floor_of(found.log, found.examination, explained, exact=found.given is None)
 
 
 def corrections_of(found: Found) -> dict[str, tuple[float, float]]:

@@ -26,7 +26,7 @@ import numpy as np
 from scipy import stats
 
 from planner.arrays import Array, Integers
-from planner.telemetry.evidence.gram_matrices import Clusters
+from planner.telemetry.evidence.gram_matrices import RowClusters
 
 ALIAS_COSINE = 0.95
 """Cosine of what refitting leaves of two effects' columns, from which they are aliases in this log:
@@ -71,7 +71,7 @@ class Evidence:
     """
 
     def __init__(
-        self, tangent: int, clusters: Clusters, plain: Array, rows: int, slow: Array
+        self, tangent: int, clusters: RowClusters, plain: Array, rows: int, slow: Array
     ) -> None:
         self.tangent = own = np.arange(tangent)
         self.clusters, self.plain, self.rows, self.slow = clusters, plain, rows, slow

@@ -1,18 +1,15 @@
 """Whitened columns of a log, cluster by cluster: what every test of the evidence is summed up from.
 
     clusters = RowClusters(white, numbers, runs)     # rows that are in memory
-    clusters = GramClusters(grams, runs)             # Gram matrices of a log that streamed past
     clusters.total()                         # (columns, columns), all rows
     clusters.times(v)                        # (clusters, columns), every cluster's ZᵀZ·v
     clusters.partial_grams(at, own, beta)    # (clusters, k, k), what ``own`` leaves of columns
 
-Both answer the same. Rows that are in memory take a fiftieth of the room that a Gram matrix of
-every cluster takes, and a column's products are formed when they are asked for.
+The rows take a fiftieth of the room that a Gram matrix of every cluster takes. A column's products
+are formed when they are asked for.
 """
 
 from __future__ import annotations
-
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -64,45 +61,3 @@ class RowClusters:
 
     def _left(self, at: Integers, own: Integers, beta: Array) -> Array:
         return np.asarray(self.white[:, at] - self.white[:, own] @ beta)
-
-
-class GramClusters:
-    """Gram matrices of clusters whose rows are gone.
-
-    Args:
-        grams: (columns, columns) of each cluster.
-        runs: number of each cluster's run.
-    """
-
-    def __init__(self, grams: Sequence[Array], runs: Sequence[int]) -> None:
-        self.grams = np.stack(grams)
-        self.runs = np.array(runs)
-
-    def total(self) -> Array:
-        """(columns, columns) ZᵀZ of all rows."""
-        return np.asarray(self.grams.sum(axis=0))
-
-    def part(self, numbers: Integers) -> Array:
-        """(columns, columns) ZᵀZ of some clusters."""
-        return np.asarray(self.grams[numbers].sum(axis=0))
-
-    def times(self, v: Array) -> Array:
-        """(clusters, columns) ZᵀZ·v of every cluster; ``v`` is (columns,)."""
-        return np.asarray(self.grams @ v)
-
-    def partial_grams(self, at: Integers, own: Integers, beta: Array) -> Array:
-        """(clusters, k, k) Gram matrices of Z[:, at] - Z[:, own]·beta, ``beta`` being (own, k)."""
-        inner = self.grams[:, at[:, None], at]
-        mixed = np.einsum("ak,bal->bkl", beta, self.grams[:, own[:, None], at])
-        both = np.einsum("ak,bac,cl->bkl", beta, self.grams[:, own[:, None], own], beta)
-        return np.asarray(inner - mixed - mixed.transpose(0, 2, 1) + both)
-
-    def partial_diagonals(self, at: Integers, own: Integers, beta: Array) -> Array:
-        """(clusters, k) the diagonals of ``partial_grams``."""
-        cross = self.grams[:, own[:, None], at]
-        info = self.grams[:, at, at] - 2.0 * np.einsum("ak,bak->bk", beta, cross)
-        inner = self.grams[:, own[:, None], own] @ beta
-        return np.asarray(info + np.einsum("ak,bak->bk", beta, inner))
-
-
-Clusters = RowClusters | GramClusters

@@ -4,13 +4,12 @@ open_source gives a LogSource. Speeds of steady drives are taken at their means,
 numbered by clusters. noise_of_motion is what its measured channels scatter by.
 """
 
-from planner.telemetry.sampling.clusters import ClusterCounter, cluster_numbers
+from planner.telemetry.sampling.clusters import cluster_numbers
 from planner.telemetry.sampling.noisier_motion import noise_of_motion
 from planner.telemetry.sampling.sample import LogSource, open_source
 from planner.telemetry.sampling.steady_drive import at_steady_speeds, stretches
 
 __all__ = [
-    "ClusterCounter",
     "LogSource",
     "at_steady_speeds",
     "cluster_numbers",

@@ -1,8 +1,6 @@
 """Clusters of consecutive rows, which are taken to be independent of each other.
 
 number = cluster_numbers(log)          # (n,) cluster of every row
-counter = ClusterCounter(rows)         # of a log that passes by in chunks
-for chunk in chunks: number = counter.of(chunk)
 """
 
 from __future__ import annotations
@@ -42,25 +40,3 @@ def cluster_numbers(log: Telemetry, most: int = MOST_CLUSTERS) -> Integers:
         last_stop = stop
     assert last_stop == len(log)
     return number
-
-
-class ClusterCounter:
-    """Numbers clusters along a log in chunks; a cluster never spans two runs or two chunks.
-
-    Args:
-        rows: of the whole log.
-    """
-
-    def __init__(self, rows: int) -> None:
-        self.rows = max(-(-rows // MOST_CLUSTERS), 1)
-        self.next = 0
-
-    def of(self, chunk: Telemetry) -> Integers:
-        """(n,) number of every row's cluster, going on from the chunk before."""
-        number = np.empty(len(chunk), np.int64)
-        for start, stop in chunk.run_pieces():
-            count = max((stop - start) // self.rows, 1)
-            place = np.minimum(np.arange(stop - start) // self.rows, count - 1)
-            number[start:stop] = self.next + place
-            self.next += count
-        return number

@@ -26,10 +26,10 @@ def with_meter_beside_steps(found: Found, search: Callable[..., Found]) -> Found
         found: the search with the meter as it was found; a shape stands out, or nothing is done.
         search: of the same log, which may be told the ``known`` meter.
     """
-    shape, dictionary = found.selection.shape, found.local.competitors.dictionary
+    shape, dictionary = found.selection.shape, found.examination.competitors.dictionary
     if shape is None or found.additions:
         return found
-    axis = found.examination.competitors.dictionary.shapes[shape.number].axis
+    axis = dictionary.shapes[shape.number].axis
     beside = dictionary.switched(axis)
     if not beside.shapes:
         return found
@@ -43,9 +43,9 @@ def with_meter_beside_steps(found: Found, search: Callable[..., Found]) -> Found
 
 def _error(found: Found, beside: Dictionary) -> float:
     """W, held-out, of the model with the strongest of some shapes, to first order."""
-    log, local = found.log, found.local
-    rows = log.rows_for(local.competitors.library.model.surfaces)
+    log, examination = found.log, found.examination
+    rows = log.rows_for(examination.competitors.library.model.surfaces)
     columns = Readings.as_shown(log, beside.columns(rows))
-    own = local.raw[:, : local.competitors.tangent]
-    chosen = strongest_columns(local.residual, own, columns)
-    return rms(LinearHeldout(log, local).residual_beside(columns[:, chosen]))
+    own = examination.raw[:, : examination.competitors.tangent]
+    chosen = strongest_columns(examination.residual, own, columns)
+    return rms(LinearHeldout(log, examination).residual_beside(columns[:, chosen]))

@@ -35,7 +35,7 @@ from planner.telemetry.prediction import meter_columns
 from planner.telemetry.selection.full_refit_comparison import FullFits
 from planner.telemetry.selection.off_catalogue import ShapeFound, overlooked_shape
 from planner.telemetry.selection.predicting_fit import predicting_fit
-from planner.telemetry.selection.select_effects import RankedTerm, Selection, select
+from planner.telemetry.selection.select_effects import Selection, select
 from planner.telemetry.selection.subset_search import CompetingModel, Member, members_of
 from planner.telemetry.selection.unsure_power import unsure_power
 from planner.telemetry.terms import Addition, CandidateLibrary, candidate_library
@@ -58,8 +58,6 @@ REPEATED_FAULT_SHARE = 0.35
 class Found:
     """State of the search around the last linearisation.
 
-    ``examination`` is of all rows, ``local`` of those in ``log``; the same for a short log.
-    ``refuted`` are effects that these had refuted already, their members counted in ``local``.
     ``origin`` is where every fit with something added starts. ``searched`` is the fit of the search
     once everything was set free; None before. ``beside`` is as left_beside_base gives it.
     """
@@ -71,18 +69,16 @@ class Found:
     fitted: Fit
     additions: tuple[Addition, ...]
     corrections: dict[str, tuple[float, float]]
-    local: Examination
     origin: PowerModel
-    refuted: tuple[RankedTerm, ...] = ()
     searched: Fit | None = None
     beside: Array | None = None
 
     def refit(self, additions: Sequence[Addition], *, tried: bool = False) -> Fit:
         """The origin fitted with additions; intervals of these are ``tried`` out as in fit_with."""
-        noise, library = self.local.noise, self.local.competitors.library.model
+        noise, library = self.examination.noise, self.examination.competitors.library.model
         known = {effect.slug for effect in library.effects}
         within = library if all(a.declaration.slug in known for a in additions) else None
-        unsure = self.local.given if tried else None
+        unsure = self.examination.given if tried else None
         return predicting_fit(
             self.origin, self.log, additions, noise=noise, within=within, unsure=unsure
         )
@@ -107,7 +103,7 @@ class Found:
         # From where the claim has its parts already, or others may take their place on the way.
         kept = replace(fitted.model, parameters=values)
         free = [place for place in fitted.places if place not in held]
-        return self.heldout(fit(self.log, kept, free=free, noise=self.local.noise))
+        return self.heldout(fit(self.log, kept, free=free, noise=self.examination.noise))
 
     def pushed_out(self, fitted: Fit) -> dict[int, float]:
         """Numbers of base parameters that a claim drives to the end of their range → stated values.
@@ -142,7 +138,7 @@ class Found:
     @cached_property
     def _unsure(self) -> tuple[Array | None, ...]:
         """Columns (n, k) W that may explain parts of a held-out residual; None is none of them."""
-        known, usual = self.given, self.local.given
+        known, usual = self.given, self.examination.given
         if known is None:
             return None, usual
         if np.array_equal(known[:, : usual.shape[1]], usual):
@@ -153,11 +149,11 @@ class Found:
     @cached_property
     def given(self) -> Array | None:
         """(n, k) W, what no effect needs to explain; None where that predicts no better."""
-        return unsure_power(self.log, self.base, self.local.given)
+        return unsure_power(self.log, self.base, self.examination.given)
 
     def overlooked_shape(self, floor: Array, most: float = math.inf) -> ShapeFound | None:
         """The shape that alone predicts held-out runs best, by ``floor`` (n,) W of single rows."""
-        return overlooked_shape(self.log, self.local, floor, most)
+        return overlooked_shape(self.log, self.examination, floor, most)
 
     def at_bounds(self, start: PowerModel) -> bool:
         """Whether the base fit ran into physical bounds: something strong is missing."""
@@ -314,7 +310,7 @@ def _settled(
 
     def state() -> Found:
         settled = examination, selection, fitted, additions
-        return Found(log, base, *settled, {}, examination, base.model)
+        return Found(log, base, *settled, {}, base.model)
 
     def refit() -> tuple[tuple[Addition, ...], Fit]:
         wanted = additions_of(examination, selection)

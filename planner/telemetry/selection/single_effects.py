@@ -107,19 +107,18 @@ def fitted_singles(
         floor: (n,) W, spread of single rows.
         competing_with: fit none unless some other effect may explain the log as well as this one.
     """
-    library, examination = found.examination.competitors.library, found.examination
+    library = found.examination.competitors.library
     # Around the same linearisation: what is given may be wrong in both.
     error = linear.rmse([])
     enough, own = math.inf, ""
     if competing_with is not None:
         own = competing_with.name
-        enough = _enough(linear.rmse(competing_with.columns_in(found.local, examination)), error)
+        enough = _enough(linear.rmse(competing_with.columns), error)
     competed, promising = False, []
     for ranked in found.selection.ranking:
         if ranked.member.sensor:
             continue
-        columns = ranked.member.columns_in(found.local, examination)
-        expected = linear.rmse(columns)
+        expected = linear.rmse(ranked.member.columns)
         competed |= ranked.name != own and expected <= enough
         if expected < error or ranked.z >= LEAST_TRIED_Z:
             promising.append((expected, ranked))
@@ -128,7 +127,7 @@ def fitted_singles(
         return ()
     for _, ranked in sorted(promising, key=lambda entry: entry[0])[:MOST_TRIED]:
         addition = Addition.of(library, ranked.member.term, ranked.coefficients)
-        addition = addition.completed(found.local.competitors.library)
+        addition = addition.completed(library)
         fitted = found.refit((addition,))
         left = found.heldout(fitted)
         beside = found.left_beside_base(fitted)
@@ -142,7 +141,7 @@ def fitted_singles(
         return supports(found.log, other.beside, one.beside, floor)
 
     def aliased(one: Tried, other: Tried) -> bool:
-        return _are_aliased(examination, one.ranked.member, other.ranked.member)
+        return _are_aliased(found.examination, one.ranked.member, other.ranked.member)
 
     return with_equals(tried, rms(counted(before, floor)), aliased, clear)
 

@@ -75,12 +75,6 @@ class Member:
         assert self.catalogue_term is not None
         return self.catalogue_term
 
-    def columns_in(self, local: Examination, examination: Examination) -> list[int]:
-        """Its columns of an ``examination`` in a ``local`` one, which numbers them otherwise."""
-        known = local.competitors.library.candidates
-        theirs = examination.competitors.library.candidates
-        return [local.competitors.candidate(known.index(theirs[n])) for n in self.term.columns]
-
 
 @dataclass(frozen=True)
 class CompetingModel:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.telemetry.evidence.evidence import Evidence
-from planner.telemetry.evidence.gram_matrices import GramClusters, RowClusters
+from planner.telemetry.evidence.gram_matrices import RowClusters
 
 ROWS, TANGENT, OTHERS = 1200, 3, 5
 
@@ -22,14 +22,11 @@ def drawn(seed: int, coefficients=(), rows: int = ROWS):
     return np.column_stack([columns, residual])
 
 
-def evidence_of(matrix, blocks: int = 40, spread=None, gone: bool = False) -> Evidence:
-    """All rows summed up; the rows in memory, or gone."""
+def evidence_of(matrix, blocks: int = 40, spread=None) -> Evidence:
+    """All rows summed up."""
     number = np.arange(len(matrix)) * blocks // len(matrix)
     scaled = matrix if spread is None else matrix / spread[:, None]
     kept = RowClusters(matrix, number, number // 4)
-    if gone:
-        parts = [matrix[number == block] for block in range(blocks)]
-        kept = GramClusters([part.T @ part for part in parts], kept.runs.tolist())
     slow = np.zeros(matrix.shape[1])
     return Evidence(TANGENT, kept, scaled.T @ scaled, len(matrix), slow)
 
@@ -148,28 +145,6 @@ def test_the_truth_wins_clearly():
     # How alike the two columns are differs from draw to draw.
     assert min(wins) > 0.0
     assert np.mean(np.array(wins) > 1.64) > 0.85
-
-
-def test_rows_that_are_gone_answer_as_rows_in_memory():
-    matrix = drawn(8, (0.2,))
-    here, gone = evidence_of(matrix), evidence_of(matrix, gone=True)
-    assert gone.rows == here.rows == len(matrix)
-    assert gone.cluster_count == here.cluster_count == 40
-    assert gone.run_count == here.run_count == 10
-    assert gone.total == pytest.approx(here.total, rel=1e-12, abs=1e-9)
-    for columns, given in (([3], []), ([4, 6], [3]), ([5, 3], [4, 7])):
-        one, other = here.test(columns, given), gone.test(columns, given)
-        assert other.z == pytest.approx(one.z, rel=1e-9)
-        assert other.information == pytest.approx(one.information, rel=1e-9)
-        for mine, theirs in zip(
-            here.test_each(columns, given), gone.test_each(columns, given), strict=True
-        ):
-            assert theirs == pytest.approx(mine, rel=1e-9)
-    assert gone.compare([3], [4]) == pytest.approx(here.compare([3], [4]), rel=1e-9)
-    some = np.array([0, 3, 4, 39])
-    part = matrix[np.isin(np.arange(len(matrix)) * 40 // len(matrix), some)]
-    for evidence in (here, gone):
-        assert evidence.clusters.part(some) == pytest.approx(part.T @ part, rel=1e-12, abs=1e-9)
 
 
 @pytest.mark.parametrize("columns", [[3], [4, 6]])

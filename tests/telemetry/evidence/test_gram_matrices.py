@@ -1,11 +1,11 @@
-"""Clusters of rows, in memory or streamed past, against products of the rows themselves."""
+"""Clusters of rows against products of the rows themselves."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from planner.telemetry.evidence.gram_matrices import Clusters, GramClusters, RowClusters
+from planner.telemetry.evidence.gram_matrices import RowClusters
 
 random = np.random.default_rng(8)
 ROWS = random.standard_normal((60, 6))
@@ -16,26 +16,24 @@ AT, OWN = np.array([4, 2]), np.array([0, 1, 5])
 LEAN = random.standard_normal((3, 2))
 
 
-@pytest.fixture(params=["rows", "grams"])
-def clusters(request: pytest.FixtureRequest) -> Clusters:
-    if request.param == "rows":
-        return RowClusters(ROWS, NUMBERS, RUNS)
-    return GramClusters([part.T @ part for part in PARTS], [0, 0, 1, 1])
+@pytest.fixture
+def clusters() -> RowClusters:
+    return RowClusters(ROWS, NUMBERS, RUNS)
 
 
-def test_sums_over_blocks(clusters: Clusters) -> None:
+def test_sums_over_blocks(clusters: RowClusters) -> None:
     np.testing.assert_array_equal(clusters.runs, [0, 0, 1, 1])
     np.testing.assert_allclose(clusters.total(), ROWS.T @ ROWS)
     some = np.vstack([PARTS[1], PARTS[3]])
     np.testing.assert_allclose(clusters.part(np.array([3, 1])), some.T @ some)
 
 
-def test_products_with_a_vector(clusters: Clusters) -> None:
+def test_products_with_a_vector(clusters: RowClusters) -> None:
     v = np.arange(6.0)
     np.testing.assert_allclose(clusters.times(v), [part.T @ (part @ v) for part in PARTS])
 
 
-def test_what_is_left_of_columns(clusters: Clusters) -> None:
+def test_what_is_left_of_columns(clusters: RowClusters) -> None:
     left = [part[:, AT] - part[:, OWN] @ LEAN for part in PARTS]
     np.testing.assert_allclose(
         clusters.partial_grams(AT, OWN, LEAN), [part.T @ part for part in left]

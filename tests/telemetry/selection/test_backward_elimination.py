@@ -33,12 +33,12 @@ def test_an_effect_that_is_not_there_goes_and_the_true_one_stays(scrubbing, idle
     library = scrubbing.examination.competitors.library
     extra = Addition.of(library, ranked.member.term, ranked.coefficients)
     additions = (extra, *scrubbing.additions)
-    library = scrubbing.local.competitors.library
+    library = scrubbing.examination.competitors.library
     fitted = fit_with(
         scrubbing.origin,
         scrubbing.log,
         additions,
-        noise=scrubbing.local.noise,
+        noise=scrubbing.examination.noise,
         within=library.model,
     )
     members = (ranked.member, *scrubbing.selection.members)

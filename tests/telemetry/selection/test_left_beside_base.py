@@ -49,6 +49,6 @@ def test_with_the_part_back_the_error_is_that_of_a_fit_that_keeps_it(found, base
     left = found.left_beside_base(with_rolling(found.base, 0.0))
     place = base.parameter_names.index(ROLLING)
     others = [free for free in found.base.places if free != place]
-    kept = fit(found.log, base, free=others, noise=found.local.noise)
+    kept = fit(found.log, base, free=others, noise=found.examination.noise)
     assert rms(left - found.heldout(kept)) < 0.01 * rms(left)
     assert found.left_beside_base(found.base) is None
