@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -23,14 +24,18 @@ sys.stdout.write(json.dumps(answer.to_json()["routes"][0]["poses"]))
 
 
 def routes(seeds: list[int]) -> list[str]:
-    """Digest of the poses that a fresh process finds, for each of the seeds."""
+    """Digest of the poses that a fresh process finds, for each of the seeds.
+
+    Sets come in another order in each process.
+    """
     running = [
         subprocess.Popen(
             [sys.executable, "-c", PROGRAM.format(root=str(ROOT), seed=seed)],
             stdout=subprocess.PIPE,
             text=True,
+            env={**os.environ, "PYTHONHASHSEED": str(number)},
         )
-        for seed in seeds
+        for number, seed in enumerate(seeds)
     ]
     found = []
     for process in running:
@@ -42,5 +47,5 @@ def routes(seeds: list[int]) -> list[str]:
 
 
 def test_same_seed_and_iterations_give_the_same_route():
-    """Five of five, to the last bit."""
-    assert len(set(routes([7] * 5))) == 1
+    """To the last bit."""
+    assert len(set(routes([7] * 3))) == 1
