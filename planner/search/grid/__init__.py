@@ -5,14 +5,8 @@ to_go = cost_to_go(field, lattice, goal)                 # CostToGo, from everyw
 path = grid_path(field, lattice, to_go, start)
 """
 
-from planner.search.grid.lattice import Lattice, build_lattice, number_nodes
-from planner.search.grid.least_cost import (
-    CostToGo,
-    cost_from,
-    cost_to_go,
-    grid_path,
-    known_close_cost,
-)
+from planner.search.grid.lattice import Lattice, build_lattice, known_close_cost, number_nodes
+from planner.search.grid.least_cost import CostToGo, cost_from, cost_to_go, grid_path
 
 __all__ = [
     "CostToGo",

@@ -16,6 +16,7 @@ Moves from there are priced closely (``close_cost``), once, when a search first 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
@@ -26,16 +27,21 @@ from numpy.typing import NDArray
 from planner.arrays import Mask
 from planner.compiled_code import njit
 from planner.search.field import CostField, masked_cost, segment_cost, wind_cost
-from planner.search.resolution import ALL_YAWS, COUNT, LEAST_COST, MOVES
+from planner.search.resolution import ALL_YAWS, COUNT, GENTLE, LEAST_COST, MOVES
 from planner.search.second_core import in_halves
 from planner.search.steady import cost_for_best_yaw, kept_table
+from planner.terrain.interpolation import cubic_weights
 
 SLOPES_PER_AXIS = 255
 """Slopes along each axis of the table: 65,025 in all, so that two bytes number them."""
 PRICED_CLOSELY = 65535
 """In place of a slope's number: moves from this node are priced closely."""
+FROM_BORDER = 4
+"""Nodes from the border on from which all nodes that a move's ground hangs on lie on the map."""
 MOST_CLOSE_BYTES = 600_000_000
-"""Bytes for costs of such moves; beyond it they are worked out whenever they are needed."""
+"""Bytes for costs of such moves, of each objective; beyond it they are worked out whenever they are needed."""
+
+_TABLES = "best", "gentle"
 
 
 @dataclass(frozen=True)
@@ -58,6 +64,49 @@ class Numbering:
         """Cached bytes."""
         return self.slopes.nbytes + self.row.nbytes
 
+    def together(self, fields: Sequence[CostField]) -> Together:
+        """Room for the prices of several objectives; their fields differ in nothing else."""
+        best, gentle = (np.stack([getattr(field, name) for field in fields]) for name in _TABLES)
+        close = np.full((len(fields), self.count, COUNT), np.nan, np.float32)
+        return Together(best, gentle, close, _points(fields[0]))
+
+
+class Points(NamedTuple):
+    """Points at which moves on steep ground are priced; the same at every node of a map.
+
+    A move is cut in pieces, and looked at in the middle of each, or at a quarter and three quarters
+    of it.
+    """
+
+    count: NDArray[np.int64]
+    """(COUNT,) pieces of each move."""
+    nodes: NDArray[np.int64]
+    """(COUNT, pieces, 3, 4) columns and rows from the move's node: to the first node that the
+    ground at a point is interpolated from, and to the nearest one."""
+    weights: NDArray[np.float64]
+    """(COUNT, pieces, 3, 4, 4) by axis: weights of four nodes for the height and, in 1/m, for its
+    slope, along x and along y."""
+
+
+class Together(NamedTuple):
+    """What moves on steep ground cost for several objectives, whose slope limits are the same.
+
+    Most of a price is the ground's slope at the points of the move.
+    """
+
+    best: NDArray[np.float64]
+    """(objectives, grounds) as of their cost fields."""
+    gentle: NDArray[np.float64]
+    """(objectives, grounds, GENTLE, GENTLE) as of their cost fields."""
+    close: NDArray[np.float32]
+    """(objectives, rows, COUNT) costs of moves priced closely, NaN until they are asked for."""
+    points: Points
+
+    @property
+    def nbytes(self) -> int:
+        """Cached bytes."""
+        return self.best.nbytes + self.gentle.nbytes + self.close.nbytes
+
 
 class Lattice(NamedTuple):
     """Costs of the moves of one map for one model, as the compiled search reads them."""
@@ -74,7 +123,8 @@ class Lattice(NamedTuple):
     row: NDArray[np.int32]
     """Of the numbering."""
     close: NDArray[np.float32]
-    """(rows, COUNT) costs of their moves, NaN until they are asked for."""
+    """(rows, COUNT) of ``together``, for this objective."""
+    together: Together
     factor: NDArray[np.float64]
     """(ny, nx) factor on the cost of moves from a node, or (1, 1): ground to be avoided."""
     cheapest: float
@@ -82,8 +132,8 @@ class Lattice(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Cached bytes, without those of the numbering."""
-        return self.table.nbytes + self.close.nbytes
+        """Cached bytes, without those of the numbering and of ``together``."""
+        return self.table.nbytes
 
 
 class _MoveCosts(NamedTuple):
@@ -113,7 +163,10 @@ def _reach(field: CostField) -> float:
 
 
 def build_lattice(
-    field: CostField, numbering: Numbering | None = None, key: tuple[object, ...] | None = None
+    field: CostField,
+    numbering: Numbering | None = None,
+    key: tuple[object, ...] | None = None,
+    together: tuple[Together, int] | None = None,
 ) -> Lattice:
     """Costs of the moves of a map for one model and one objective.
 
@@ -122,8 +175,10 @@ def build_lattice(
         numbering: of a field for the same map and model, if there is one.
         key: what the costs of the field follow from, for a table that all maps and processes share
             (planner.search.steady.kept_table); None works it out anew.
+        together: prices of several objectives, and which of them this one is.
     """
     numbering = number_nodes(field) if numbering is None else numbering
+    shared, own = together or (numbering.together([field]), 0)
     beside = np.stack([np.floor(MOVES / 2), np.ceil(MOVES / 2)], axis=1).astype(np.int64)
     beside[np.abs(MOVES).max(axis=1) < 2] = 0
     between: Mask = np.asarray(beside.any(axis=(1, 2)))
@@ -138,7 +193,8 @@ def build_lattice(
         MOVES,
         beside,
         numbering.row,
-        np.full((numbering.count, COUNT), np.nan, np.float32),
+        shared.close[own],
+        shared,
         np.ones((1, 1)),
         costs.cheapest,
     )
@@ -200,6 +256,101 @@ def _fill_table(
                     )
                     cost = max(cost + wind_cost(field, directions[m]), LEAST_COST)
                     table[ground, v * SLOPES_PER_AXIS + u, m] = cost * shares[m]
+
+
+def _points(field: CostField) -> Points:
+    """The points of every move, as ``segment_cost`` places them."""
+    cell = np.array([field.dx, field.dy])
+    lengths = np.hypot(*(MOVES * cell).T)
+    count = np.maximum(np.ceil(lengths / field.step).astype(np.int64), 1)
+    pieces = np.arange(count.max())[None, :, None]
+    shares = (pieces + np.array([0.5, 0.25, 0.75])) / count[:, None, None]
+    at = shares[..., None] * MOVES[:, None, None, :]
+    before = np.floor(at)
+    weights = np.stack(cubic_weights(at - before), axis=-1).reshape(*at.shape, 2, 4)
+    weights[..., 1, :] /= cell[:, None]
+    nodes = np.concatenate([before - 1.0, np.floor(at + 0.5)], axis=-1).astype(np.int64)
+    return Points(count, nodes, weights.reshape(*at.shape[:3], 4, 4))
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _price_steep(
+    field: Any, together: Any, row: int, m: int, j: int, i: int, di: int, dj: int
+) -> bool:
+    """Price a move on steep ground for all objectives; False where it is not for this to price.
+
+    As ``segment_cost``, in the open, without wind, and inside the map.
+    """
+    heights, mask, steep = field.heights, field.mask, field.steep
+    ny, nx = heights.shape
+    inside = min(j, i, ny - 1 - j, nx - 1 - i) >= FROM_BORDER
+    if not inside or field.extra.any() or not (steep[j, i] or steep[j + dj, i + di]):
+        return False
+    best, gentle, close, points = together
+    count, nodes, weights = points.count[m], points.nodes[m], points.weights[m]
+    grounds, limit, reach, safe = field.ground, field.limit, field.reach, field.safe
+    ex, ey = di * field.dx, dj * field.dy
+    length = math.sqrt(ex * ex + ey * ey)
+    direction, scale = math.atan2(ey, ex), 0.5 * (GENTLE - 1) / reach
+    ux, uy = ex / length, ey / length
+    margin, total = field.margin, np.zeros(best.shape[0])
+    for k in range(count):
+        twice = steep[j + nodes[k, 0, 3], i + nodes[k, 0, 2]]
+        for point in range(1 if twice else 0, 3 if twice else 1):
+            b, a = j + nodes[k, point, 3], i + nodes[k, point, 2]
+            if mask[b, a] != ALL_YAWS:
+                return False
+            b, a, g = j + nodes[k, point, 1], i + nodes[k, point, 0], grounds[b, a]
+            px, py, w = 0.0, 0.0, weights[k, point]
+            for n in range(4):
+                h0, h1, h2, h3 = (
+                    heights[b + n, a],
+                    heights[b + n, a + 1],
+                    heights[b + n, a + 2],
+                    heights[b + n, a + 3],
+                )
+                px += w[2, n] * (w[1, 0] * h0 + w[1, 1] * h1 + w[1, 2] * h2 + w[1, 3] * h3)
+                py += w[3, n] * (w[0, 0] * h0 + w[0, 1] * h1 + w[0, 2] * h2 + w[0, 3] * h3)
+            share = 0.5 if twice else 1.0
+            steepness = math.sqrt(px * px + py * py)
+            if steepness < safe:
+                u = (px * ux + py * uy + reach) * scale
+                v = (py * ux - px * uy + reach) * scale
+                c, d = int(u), int(v)
+                u -= c
+                v -= d
+                for n in range(total.size):
+                    t = gentle[n, g]
+                    cost = (t[c, d] * (1.0 - u) + t[c + 1, d] * u) * (1.0 - v)
+                    cost += (t[c, d + 1] * (1.0 - u) + t[c + 1, d + 1] * u) * v
+                    total[n] += share * max(cost, LEAST_COST)
+                continue
+            azimuth = math.atan2(py, px) - direction
+            for n in range(total.size):
+                cost = cost_for_best_yaw(best[n], limit, g, azimuth, steepness, margin)
+                if cost == np.inf:
+                    close[:, row, m] = np.inf
+                    return True
+                total[n] += share * max(cost, LEAST_COST)
+    for n in range(total.size):
+        close[n, row, m] = total[n] * length / count
+    return True
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def known_close_cost(
+    field: Any, lattice: Any, row: Any, close: Any, j: int, i: int, m: int, di: int, dj: int
+) -> float:
+    """``close_cost`` of move number ``m``; ``row`` and ``close`` are the lattice's."""
+    if row.shape[0] == 1:
+        return close_cost(field, j, i, di, dj)
+    at = row[j, i]
+    cost: float = close[at, m]
+    if math.isnan(cost):
+        if not _price_steep(field, lattice.together, at, m, j, i, di, dj):
+            close[at, m] = close_cost(field, j, i, di, dj)
+        cost = close[at, m]
+    return cost
 
 
 @njit(cache=True, error_model="numpy")

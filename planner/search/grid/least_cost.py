@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from planner.cancellation import CancellationToken
 from planner.compiled_code import njit
 from planner.search.field import CostField, segment_cost
-from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, close_cost
+from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, known_close_cost
 from planner.search.resolution import LEAST_COST
 
 BUCKETS = 4096
@@ -210,20 +210,6 @@ def _farthest(values: Any, corners: Any, j0: int, i0: int) -> float:
     return farthest
 
 
-@njit(cache=True, error_model="numpy", inline="always")
-def known_close_cost(
-    field: Any, row: Any, close: Any, j: int, i: int, m: int, di: int, dj: int
-) -> float:
-    """``close_cost`` of move number ``m``, remembered where ``row`` and ``close`` have room."""
-    if row.shape[0] == 1:
-        return close_cost(field, j, i, di, dj)
-    cost: float = close[row[j, i], m]
-    if math.isnan(cost):
-        cost = close_cost(field, j, i, di, dj)
-        close[row[j, i], m] = cost
-    return cost
-
-
 @njit(cache=True, error_model="numpy", nogil=True)
 def _solve(
     field: Any,
@@ -334,7 +320,7 @@ def _solve(
                 least = leasts[m] * (factor[b, a] if penalised else 1.0)
                 if np.float32(value + least) > values[y, x]:
                     continue  # whatever it costs, it is no better
-                cost = known_close_cost(field, row, close, b, a, m, di, dj)
+                cost = known_close_cost(field, lattice, row, close, b, a, m, di, dj)
             if penalised:
                 cost *= factor[b, a]
             cost += value

@@ -159,7 +159,7 @@ def _arriving(field: Any, frame: Any, free: Any, goal: End) -> Any:
 def _holds(field: Any, lattice: Any, j: int, i: int, m: int) -> bool:
     """Whether some yaw holds all along a move from a node, and not at its ends alone."""
     di, dj = lattice.moves[m, 0], lattice.moves[m, 1]
-    cost = known_close_cost(field, lattice.row, lattice.close, j, i, m, di, dj)
+    cost = known_close_cost(field, lattice, lattice.row, lattice.close, j, i, m, di, dj)
     return bool(cost < np.inf)
 
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -130,6 +130,8 @@ class Situation:
 
     ground: DrivingGround
     conditions: OperatingConditions
+    asked_together: ClassVar[tuple[str, ...]] = tuple(OBJECTIVES)
+    """Objectives that one question searches the map for, its baselines included."""
 
     @classmethod
     def asked(
@@ -217,10 +219,18 @@ class Situation:
         plain = field._replace(factor=np.ones((1, 1)))
         numbering = CACHE.get(("numbering", self.key[0], field.safe), lambda: number_nodes(plain))
         content = (*self.conditions.steady.content, objective, field.margin)
-        return CACHE.get(
-            ("lattice", self.key, objective, field.margin),
-            lambda: build_lattice(plain, numbering, content),
-        )
+
+        def build() -> Lattice:
+            # Wind counts for energy alone.
+            alone = objective not in self.asked_together or self.conditions.wind_by_direction().any()
+            aims = (objective,) if alone else self.asked_together
+            fields = [self.field(aim, field.margin) for aim in aims]
+            together = CACHE.get(
+                ("together", self.key, aims, field.margin), lambda: numbering.together(fields)
+            )
+            return build_lattice(plain, numbering, content, (together, aims.index(objective)))
+
+        return CACHE.get(("lattice", self.key, objective, field.margin), build)
 
     def least_cost_to(
         self,

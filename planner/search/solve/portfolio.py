@@ -16,7 +16,6 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 
 from planner.arrays import Array
-from planner.cancellation import CancellationToken
 from planner.errors import Cancelled
 from planner.search.field import polyline_cost
 from planner.search.limit_places import Infeasible
@@ -195,15 +194,15 @@ def _by_grid(run: Run) -> tuple[Attempt, list[Candidate]]:
     """
     objective = run.request.objective
     field = run.field(objective, MARGIN)
-    with run.within_budget() as limited, CancellationToken(limited.cancelled) as token:
-        others = baselines(replace(limited, token=token))
-        if not path_exists(run, field, objective):
-            # Others look for it on the same ground, and find as little.
-            token.flag[0] = True
-            attempt = on_grid(run, field, objective)
-            # Narrow passages have no path on the grid; with another torque there may be one.
-            passed = attempt.candidate("narrow passages" if attempt.paths is None else "grid")
-            return attempt, [] if passed is None else [passed]
+    if not path_exists(run, field, objective):
+        # Others would look for it on the same ground, and find as little.
+        attempt = on_grid(run, field, objective)
+        # Narrow passages have no path on the grid; with another torque there may be one.
+        passed = attempt.candidate("narrow passages" if attempt.paths is None else "grid")
+        return attempt, [] if passed is None else [passed]
+    with run.within_budget() as limited:
+        # Only now: on steep ground, this search leaves them prices that they need not find.
+        others = baselines(limited)
         own: dict[str, Attempt] = {objective: on_grid(run, field, objective)}
         rest = run if own[objective].route is None else limited
         own |= {aim: _in_time(rest, aim) for aim in ALSO_SOUGHT[objective]}

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 from planner.arrays import Array
 from planner.power.time_weight import with_time_weight
@@ -46,6 +47,7 @@ class PricedSituation(Situation):
 
     plain: Situation
     watts: float
+    asked_together: ClassVar[tuple[str, ...]] = ("energy",)
 
     @cached_property
     def _tabulated(self) -> Situation:

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from planner.search.field import segment_cost
+from planner.search.grid import cost_to_go
 from planner.search.grid.lattice import PRICED_CLOSELY, build_lattice, close_cost, node_slope
-from planner.search.resolution import MOVES
-from tests.search.grid.test_least_cost import CELL, field_of, hills, move_cost
+from planner.search.resolution import MOVES, OBJECTIVES
+from tests.search.grid.test_least_cost import CELL, field_of, hills, move_cost, situation_on
 
 SOUTH_EAST = (0.06, -0.09)
 
@@ -89,3 +90,36 @@ def test_processes_share_what_does_not_depend_on_the_map(tmp_path, monkeypatch):
     assert np.array_equal(other.table, build_lattice(wider).table)
     assert not np.array_equal(other.table, alone.table)
     assert len([*(tmp_path / "tables").iterdir()]) == 2
+
+
+@pytest.mark.parametrize("conditions", [{}, {"wind": {"x": 3.0}}])
+def test_one_look_at_steep_ground_prices_all_objectives(conditions):
+    """As the straight lines cost, also in wind, which adds to energy alone."""
+    situation = situation_on(4.0 * hills(seed=3), **conditions)
+    lattices = {}
+    for aim in OBJECTIVES:
+        field = situation.field(aim)
+        lattices[aim] = situation.lattice(aim, field)
+        cost_to_go(field, lattices[aim], (10.0, 10.0))
+    for aim, lattice in lattices.items():
+        field = situation.field(aim)
+        rows, moves = np.nonzero(~np.isnan(lattice.close))
+        j, i = np.nonzero(lattice.row >= 0)
+        steep = 0
+        for row, m in zip(rows[::7], moves[::7], strict=True):
+            b, a, (di, dj) = j[row], i[row], (int(k) for k in MOVES[m])
+            if field.steep[b, a]:
+                steep += 1
+                expected = line(field, b, a, di, dj)
+                assert lattice.close[row, m] == pytest.approx(expected, rel=1e-6)
+        assert steep > 100
+
+
+def test_what_one_objective_priced_another_one_knows():
+    situation = situation_on(4.0 * hills(seed=3))
+    lattices = {aim: situation.lattice(aim, situation.field(aim)) for aim in OBJECTIVES}
+    cost_to_go(situation.field("energy"), lattices["energy"], (10.0, 10.0))
+    known = {aim: np.isfinite(lattice.close).mean() for aim, lattice in lattices.items()}
+    assert known["energy"] > 0.05
+    assert known["time"] == pytest.approx(known["energy"], rel=0.3)
+    assert known["length"] == pytest.approx(known["energy"], rel=0.3)

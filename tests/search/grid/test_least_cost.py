@@ -14,18 +14,25 @@ from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, build_lattice, 
 from planner.search.grid.least_cost import cost_from, cost_to_go, grid_path
 from planner.search.requests import PlanRequest
 from planner.search.resolution import MOVES
-from planner.search.situation import situation_of
+from planner.search.situation import Situation, situation_of
 from planner.terrain.heightmap import Terrain
 
 CELL = 0.5
 
 
-def field_of(heights: np.ndarray, obstacles: np.ndarray | None = None, **conditions) -> CostField:
-    """Map and energy costs for heights (ny, nx) in m."""
+def situation_on(
+    heights: np.ndarray, obstacles: np.ndarray | None = None, **conditions
+) -> Situation:
+    """Heights (ny, nx) in m, seen by the standard robot."""
     terrain = Terrain.from_arrays(heights, cell=(CELL, CELL), obstacles=obstacles)
     asked = {"map": "here", "start": {"x": 0, "y": 0}, "goal": {"x": 1, "y": 1}}
     request = PlanRequest.from_json({**asked, "conditions": conditions})
-    return situation_of(request, terrain=terrain).field("energy")
+    return situation_of(request, terrain=terrain)
+
+
+def field_of(heights: np.ndarray, obstacles: np.ndarray | None = None, **conditions) -> CostField:
+    """Map and energy costs for heights (ny, nx) in m."""
+    return situation_on(heights, obstacles, **conditions).field("energy")
 
 
 def hills(count: int = 40, seed: int = 1) -> np.ndarray:
