@@ -51,7 +51,7 @@ class Care(NamedTuple):
         waypoints: places at most at which the yaw is decided, where there is room.
         turned: yaw profiles at most where limits are checked, each without an angle that broke one
             before.
-        refined: rounds in which the yaw is refined at most.
+        refined: rounds in which yaw and speeds are refined at most.
         every_end: whether all places beyond which no yaw leads are looked for: what is beyond the
             first one matters to a search past all of them.
     """
@@ -68,7 +68,7 @@ class Care(NamedTuple):
 LEAST_SPACING = 0.06
 """Largest distance of a track's samples on fine maps, in twice the distance to full speed: the
 speed's grid needs some metres to change by one level."""
-ROUGHLY = Care(1, 1, LEVELS, 240, 4, 1, True)
+ROUGHLY = Care(1, 1, LEVELS, 240, 4, 0, True)
 CLOSELY = Care(2, 3, MORE_LEVELS, 480, 8, 6, True)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_ENDS = 8
@@ -167,7 +167,7 @@ def _move(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Infeasible(float(x), float(y), "the body touches something", True)
-    if not checked or objective == OBJECTIVES["time"]:
+    if not checked or objective == OBJECTIVES["time"] or care.refined == 0:
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
