@@ -38,17 +38,21 @@ LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""
 MOST_ROUNDS = 20 * LAZY_ROUNDS
 """Rounds at most, so that the loop ends."""
+SAME_COST = 1e-9
+"""J or s by which a state's cost may differ from that of the round before and count as the same."""
 
 
 class Reached(NamedTuple):
-    """Least costs by waypoint and state, (n, STATES) each.
+    """Least costs by waypoint and state, (n, STATES) each but for the first.
 
     Attributes:
-        driven, cost: before and after turning there on the spot.
+        least: (n,) J or s by which a waypoint costs at least more than the one before.
+        driven, cost: before and after turning there on the spot, over the least before.
         came: the state at the waypoint before.
         spun: the state before turning on the spot.
     """
 
+    least: Array
     driven: Array
     cost: Array
     came: NDArray[np.int64]
@@ -64,10 +68,12 @@ def _sweep(
     steady_twice: Any,
     exact: bool,
     start_state: int,
-    first: int | np.int64,
+    fresh: Any,
     reached: Any,
 ) -> None:
     """Least cost of every state at every waypoint, into ``reached``.
+
+    Where no piece is fresh and the states of a waypoint cost as before, the rest stays.
 
     The inner loops are short, so that they run in the processor's vector units. There, numbers of
     states are floats as costs are.
@@ -78,11 +84,11 @@ def _sweep(
         steady_twice: (n - 1, 2·STATES) the ring of angles twice over: a change of angle is a shift.
         exact: whether estimates do not count.
         start_state: -1 leaves it free.
-        first: the first waypoint after which anything is new; 0 begins anew.
+        fresh: (n - 1,) pieces whose costs changed since the call before; all begins anew.
         reached: brought up to date.
     """
     # Arrays by names of their own: taking them out of a tuple costs more than a look-up.
-    driven, cost, came, spun = reached
+    least, driven, cost, came, spun = reached
     free, steady, spin = waypoints.free, waypoints.steady, waypoints.spin
     spans, bends, window = pieces.spans, pieces.bends, pieces.window
     price, off = pieces.price, pieces.off
@@ -90,12 +96,15 @@ def _sweep(
     widest = price.shape[1] // 2
     next_cost, origin = np.empty(2 * STATES), np.empty(2 * STATES)
     total = np.empty(STATES)
-    driven[first + 1 :] = np.inf
-    if first == 0:
+    anew = changed = fresh.all()
+    if anew:
+        least[0], driven[:] = 0.0, np.inf
         for s in range(STATES):
-            begins = free[0, s] and (start_state < 0 or s == start_state)
-            driven[0, s] = 0.0 if begins else np.inf
-    for k in range(first, last + 1):
+            if free[0, s] and (start_state < 0 or s == start_state):
+                driven[0, s] = 0.0
+    for k in range(last + 1):
+        if not changed and (k == last or not fresh[k]):
+            continue
         halt = turning.stop if 0 < k < last else 0.0
         spin_round(driven[k], free[k], spin[k], halt, cost[k], spun[k])
         if k == last:
@@ -121,10 +130,18 @@ def _sweep(
                 origin[turned + n] = float(n) if better else origin[turned + n]
         for t in range(STATES):
             again = next_cost[t + STATES] < next_cost[t]  # the same angle, once round
-            best = next_cost[t + STATES] if again else next_cost[t]
-            if free[k + 1, t] and best < np.inf:
-                driven[k + 1, t] = best
+            total[t] = np.inf
+            if free[k + 1, t]:
+                total[t] = next_cost[t + STATES] if again else next_cost[t]
+            if total[t] < np.inf:
                 came[k + 1, t] = int(origin[t + STATES] if again else origin[t])
+        least[k + 1] = total.min()
+        changed = anew
+        for t in range(STATES):
+            over = total[t] - least[k + 1] if total[t] < np.inf else np.inf
+            before = driven[k + 1, t]
+            changed |= over != before and not abs(over - before) <= SAME_COST
+            driven[k + 1, t] = over
 
 
 @njit(cache=True, error_model="numpy")
@@ -134,13 +151,14 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
     last = cost.shape[0] - 1
     at = goal_state
     if goal_state < 0:
-        at = int(np.argmin(cost[last]))
-    best: float = cost[last, at]
-    if best == np.inf:
+        # Of equal ones the first, however their costs were rounded.
+        at = int(np.argmax(cost[last] <= cost[last].min() + SAME_COST))
+    best: float = cost[last, at] + reached.least.sum()
+    if cost[last, at] == np.inf:
         for k in range(last + 1):
             if reached.driven[k].min() < np.inf:
                 states[0] = k
-        return best
+        return np.inf
     for k in range(last, -1, -1):
         states[2 * k + 1] = at
         at = reached.spun[k, at]
@@ -186,6 +204,7 @@ def best_states(
     count = waypoints.at.shape[0]
     last = count - 1
     reached = Reached(
+        np.empty(count),
         np.empty((count, STATES)),
         np.empty((count, STATES)),
         np.empty((count, STATES), np.int64),
@@ -199,16 +218,16 @@ def best_states(
     steady = waypoints.steady
     by_turn, steady_twice = turning.table.T.copy(), np.hstack((steady, steady))
     nothing = before = False
-    first = 0  # waypoint after which the last round changed anything
+    fresh = np.ones(last, np.bool_)  # pieces that the last round priced
     for attempt in range(MOST_ROUNDS):
         exact = attempt >= LAZY_ROUNDS and not nothing
         if exact != before:
-            before, first = exact, 0
+            before, fresh[:] = exact, True
         _sweep(
             *(waypoints, pieces, turning, by_turn, steady_twice),
             exact=exact,
             start_state=start_state,
-            first=np.int64(first),  # or it is compiled for a literal, too
+            fresh=fresh,
             reached=reached,
         )
         best = _trace_back(reached, goal_state, states)
@@ -217,7 +236,7 @@ def best_states(
             if exact:
                 continue  # exact prices lead nowhere yet: estimates count again
             return best
-        most, first = 0, last
+        most = 0
         for k in range(last):
             s = states[2 * k + 1]
             far[k] = -1
@@ -225,7 +244,7 @@ def best_states(
                 # Where much was refused before, the search looks further about.
                 far[k] = min(beside + refused[k] // REFUSALS, STATES // 2)
                 most += (2 * far[k] + 1) ** 2 * pieces.samples[k]
-                first = min(first, k)
+            fresh[k] = far[k] >= 0
         if most == 0:
             return best
         asked, moves, pairs = moves_near(
