@@ -68,7 +68,7 @@ class Care(NamedTuple):
 LEAST_SPACING = 0.06
 """Largest distance of a track's samples on fine maps, in twice the distance to full speed: the
 speed's grid needs some metres to change by one level."""
-ROUGHLY = Care(1, 1, LEVELS, 240, 4, 0, True)
+ROUGHLY = Care(1, 1, LEVELS, 240, 4, 1, True)
 CLOSELY = Care(2, 3, MORE_LEVELS, 480, 8, 6, True)
 """The first is good to a few parts in a thousand, to choose among paths."""
 MOST_ENDS = 8
