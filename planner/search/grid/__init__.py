@@ -5,7 +5,13 @@ to_go = cost_to_go(field, lattice, goal)                 # CostToGo, from everyw
 path = grid_path(field, lattice, to_go, start)
 """
 
-from planner.search.grid.lattice import Lattice, build_lattice, known_close_cost, number_nodes
+from planner.search.grid.lattice import (
+    Lattice,
+    build_lattice,
+    close_cost,
+    number_nodes,
+    price_closely,
+)
 from planner.search.grid.least_cost import CostToGo, cost_from, cost_to_go, grid_path
 
 __all__ = [
@@ -15,6 +21,7 @@ __all__ = [
     "cost_from",
     "cost_to_go",
     "grid_path",
-    "known_close_cost",
+    "close_cost",
     "number_nodes",
+    "price_closely",
 ]

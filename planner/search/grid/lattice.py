@@ -338,19 +338,25 @@ def _price_steep(
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def known_close_cost(
-    field: Any, lattice: Any, row: Any, close: Any, j: int, i: int, m: int, di: int, dj: int
-) -> float:
-    """``close_cost`` of move number ``m``; ``row`` and ``close`` are the lattice's."""
-    if row.shape[0] == 1:
-        return close_cost(field, j, i, di, dj)
-    at = row[j, i]
-    cost: float = close[at, m]
-    if math.isnan(cost):
-        if not _price_steep(field, lattice.together, at, m, j, i, di, dj):
-            close[at, m] = close_cost(field, j, i, di, dj)
-        cost = close[at, m]
-    return cost
+def price_closely(field: Any, lattice: Any, j: int, i: int, wanted: int, back: int) -> None:
+    """Price moves at a node closely, and keep that.
+
+    Several at once: a call with so many arrays takes as long as a price.
+
+    Args:
+        field, lattice: map, costs and moves; with room for such prices.
+        j, i: the node.
+        wanted: bit m is set for each move that is asked for.
+        back: moves into the node for -1, out of it for 0.
+    """
+    row, close, moves = lattice.row, lattice.close, lattice.moves
+    for m in range(moves.shape[0]):
+        if not wanted >> m & 1:
+            continue
+        di, dj = moves[m, 0], moves[m, 1]
+        b, a = j + back * dj, i + back * di
+        if not _price_steep(field, lattice.together, row[b, a], m, b, a, di, dj):
+            close[row[b, a], m] = close_cost(field, b, a, di, dj)
 
 
 @njit(cache=True, error_model="numpy")

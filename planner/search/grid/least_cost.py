@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 from planner.cancellation import CancellationToken
 from planner.compiled_code import njit
 from planner.search.field import CostField, segment_cost
-from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, known_close_cost
+from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, close_cost, price_closely
 from planner.search.resolution import LEAST_COST
 
 BUCKETS = 4096
@@ -210,6 +210,28 @@ def _farthest(values: Any, corners: Any, j0: int, i0: int) -> float:
     return farthest
 
 
+@njit(cache=True, error_model="numpy")
+def _price_round(
+    field: Any, lattice: Any, values: Any, leasts: Any, j: int, i: int, side: int
+) -> None:
+    """Price closely whatever ``_solve`` asks for at a node."""
+    ny, nx = values.shape
+    offsets, factor = lattice.moves, lattice.factor
+    wanted, back = 0, min(side, 0)
+    for m in range(offsets.shape[0]):
+        x, y = i + side * offsets[m, 0], j + side * offsets[m, 1]
+        if x < 0 or y < 0 or x >= nx or y >= ny or values[y, x] <= values[j, i]:
+            continue
+        a, b = i + back * offsets[m, 0], j + back * offsets[m, 1]
+        if lattice.slopes[b, a] != PRICED_CLOSELY:
+            continue
+        least = leasts[m] * (factor[b, a] if factor.shape[0] > 1 else 1.0)
+        if np.float32(values[j, i] + least) <= values[y, x]:
+            if math.isnan(lattice.close[lattice.row[b, a], m]):
+                wanted |= 1 << m
+    price_closely(field, lattice, j, i, wanted, back)
+
+
 @njit(cache=True, error_model="numpy", nogil=True)
 def _solve(
     field: Any,
@@ -250,7 +272,7 @@ def _solve(
     slopes, table, offsets, beside = lattice.slopes, lattice.table, lattice.moves, lattice.beside
     row, close, factor, ground = lattice.row, lattice.close, lattice.factor, field.ground
     side, back = (1, 0) if from_start else (-1, -1)
-    penalised = factor.shape[0] > 1
+    penalised, kept = factor.shape[0] > 1, row.shape[0] > 1
     # Moves of two cells pass between two further nodes.
     long = np.maximum(np.abs(offsets[:, 0]), np.abs(offsets[:, 1])) > 1
     x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
@@ -320,7 +342,13 @@ def _solve(
                 least = leasts[m] * (factor[b, a] if penalised else 1.0)
                 if np.float32(value + least) > values[y, x]:
                     continue  # whatever it costs, it is no better
-                cost = known_close_cost(field, lattice, row, close, b, a, m, di, dj)
+                if not kept:
+                    cost = close_cost(field, b, a, di, dj)
+                else:
+                    cost = close[row[b, a], m]
+                    if math.isnan(cost):
+                        _price_round(field, lattice, values, leasts, j, i, side)
+                        cost = close[row[b, a], m]
             if penalised:
                 cost *= factor[b, a]
             cost += value

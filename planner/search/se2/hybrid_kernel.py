@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import wind_cost
-from planner.search.grid import known_close_cost
+from planner.search.grid import close_cost, price_closely
 from planner.search.resolution import COUNT, LEAST_COST, YAW_BINS
 from planner.search.se2.pose_costs import (
     ANGLE,
@@ -158,9 +158,13 @@ def _arriving(field: Any, frame: Any, free: Any, goal: End) -> Any:
 @njit(cache=True, error_model="numpy")
 def _holds(field: Any, lattice: Any, j: int, i: int, m: int) -> bool:
     """Whether some yaw holds all along a move from a node, and not at its ends alone."""
-    di, dj = lattice.moves[m, 0], lattice.moves[m, 1]
-    cost = known_close_cost(field, lattice, lattice.row, lattice.close, j, i, m, di, dj)
-    return bool(cost < np.inf)
+    if lattice.row.shape[0] == 1:
+        di, dj = lattice.moves[m, 0], lattice.moves[m, 1]
+        return bool(close_cost(field, j, i, di, dj) < np.inf)
+    row = lattice.row[j, i]
+    if math.isnan(lattice.close[row, m]):
+        price_closely(field, lattice, j, i, 1 << m, 0)
+    return bool(lattice.close[row, m] < np.inf)
 
 
 @njit(cache=True, error_model="numpy")
