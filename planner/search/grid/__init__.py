@@ -18,10 +18,10 @@ __all__ = [
     "CostToGo",
     "Lattice",
     "build_lattice",
+    "close_cost",
     "cost_from",
     "cost_to_go",
     "grid_path",
-    "close_cost",
     "number_nodes",
     "price_closely",
 ]

@@ -39,7 +39,8 @@ PRICED_CLOSELY = 65535
 FROM_BORDER = 4
 """Nodes from the border on from which all nodes that a move's ground hangs on lie on the map."""
 MOST_CLOSE_BYTES = 600_000_000
-"""Bytes for costs of such moves, of each objective; beyond it they are worked out whenever they are needed."""
+"""Bytes for costs of such moves, of each objective; beyond it they are worked out whenever they
+are needed."""
 
 _TABLES = "best", "gentle"
 

@@ -226,9 +226,9 @@ def _price_round(
         if lattice.slopes[b, a] != PRICED_CLOSELY:
             continue
         least = leasts[m] * (factor[b, a] if factor.shape[0] > 1 else 1.0)
-        if np.float32(values[j, i] + least) <= values[y, x]:
-            if math.isnan(lattice.close[lattice.row[b, a], m]):
-                wanted |= 1 << m
+        may_be_better = np.float32(values[j, i] + least) <= values[y, x]
+        if may_be_better and math.isnan(lattice.close[lattice.row[b, a], m]):
+            wanted |= 1 << m
     price_closely(field, lattice, j, i, wanted, back)
 
 

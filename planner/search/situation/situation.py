@@ -222,8 +222,10 @@ class Situation:
 
         def build() -> Lattice:
             # Wind counts for energy alone.
-            alone = objective not in self.asked_together or self.conditions.wind_by_direction().any()
-            aims = (objective,) if alone else self.asked_together
+            windy = self.conditions.wind_by_direction().any()
+            aims = self.asked_together
+            if windy or objective not in aims:
+                aims = (objective,)
             fields = [self.field(aim, field.margin) for aim in aims]
             together = CACHE.get(
                 ("together", self.key, aims, field.margin), lambda: numbering.together(fields)
