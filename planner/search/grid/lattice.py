@@ -82,8 +82,8 @@ class Points(NamedTuple):
     count: NDArray[np.int64]
     """(COUNT,) pieces of each move."""
     nodes: NDArray[np.int64]
-    """(COUNT, pieces, 3, 4) columns and rows from the move's node: to the first node that the
-    ground at a point is interpolated from, and to the nearest one."""
+    """(COUNT, pieces, 3, 2) columns and rows from the move's node to the first one that the ground
+    at a point is interpolated from."""
     weights: NDArray[np.float64]
     """(COUNT, pieces, 3, 4, 4) by axis: weights of four nodes for the height and, in 1/m, for its
     slope, along x and along y."""
@@ -270,7 +270,7 @@ def _points(field: CostField) -> Points:
     before = np.floor(at)
     weights = np.stack(cubic_weights(at - before), axis=-1).reshape(*at.shape, 2, 4)
     weights[..., 1, :] /= cell[:, None]
-    nodes = np.concatenate([before - 1.0, np.floor(at + 0.5)], axis=-1).astype(np.int64)
+    nodes = before.astype(np.int64) - 1
     return Points(count, nodes, weights.reshape(*at.shape[:3], 4, 4))
 
 
@@ -287,22 +287,34 @@ def _price_steep(
     inside = min(j, i, ny - 1 - j, nx - 1 - i) >= FROM_BORDER
     if not inside or field.extra.any() or not (steep[j, i] or steep[j + dj, i + di]):
         return False
-    best, gentle, close, points = together
-    count, nodes, weights = points.count[m], points.nodes[m], points.weights[m]
+    best, gentle, close = together.best, together.gentle, together.close
+    nodes, weights = together.points.nodes[m], together.points.weights[m]
     grounds, limit, reach, safe = field.ground, field.limit, field.reach, field.safe
-    ex, ey = di * field.dx, dj * field.dy
+    x0, y0, dx, dy = field.x0, field.y0, field.dx, field.dy
+    x, y = x0 + i * dx, y0 + j * dy
+    ex, ey = x + di * dx - x, y + dj * dy - y  # rounded as for a line between two places
     length = math.sqrt(ex * ex + ey * ey)
     direction, scale = math.atan2(ey, ex), 0.5 * (GENTLE - 1) / reach
     ux, uy = ex / length, ey / length
+    count = together.points.count[m]
+    if int(math.ceil(length / field.step)) != count:
+        return False  # between these two places, rounding makes it a piece more
     margin, total = field.margin, np.zeros(best.shape[0])
     for k in range(count):
-        twice = steep[j + nodes[k, 0, 3], i + nodes[k, 0, 2]]
-        for point in range(1 if twice else 0, 3 if twice else 1):
-            b, a = j + nodes[k, point, 3], i + nodes[k, point, 2]
+        points, point = 1, 0
+        while point < points:
+            w = (k + (point + 0.5) / points) / count
+            a = int(math.floor((x + w * ex - x0) / dx + 0.5))
+            b = int(math.floor((y + w * ey - y0) / dy + 0.5))
+            if points == 1 and steep[b, a]:
+                points = 2
+                continue
             if mask[b, a] != ALL_YAWS:
                 return False
-            b, a, g = j + nodes[k, point, 1], i + nodes[k, point, 0], grounds[b, a]
-            px, py, w = 0.0, 0.0, weights[k, point]
+            at = point if points == 1 else point + 1
+            b, a, g = j + nodes[k, at, 1], i + nodes[k, at, 0], grounds[b, a]
+            point += 1
+            px, py, w = 0.0, 0.0, weights[k, at]
             for n in range(4):
                 h0, h1, h2, h3 = (
                     heights[b + n, a],
@@ -312,7 +324,7 @@ def _price_steep(
                 )
                 px += w[2, n] * (w[1, 0] * h0 + w[1, 1] * h1 + w[1, 2] * h2 + w[1, 3] * h3)
                 py += w[3, n] * (w[0, 0] * h0 + w[0, 1] * h1 + w[0, 2] * h2 + w[0, 3] * h3)
-            share = 0.5 if twice else 1.0
+            share = 1.0 / points
             steepness = math.sqrt(px * px + py * py)
             if steepness < safe:
                 u = (px * ux + py * uy + reach) * scale
