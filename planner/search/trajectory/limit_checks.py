@@ -52,6 +52,9 @@ ROUNDING = 1e-6
 ALONG = (*LIMIT_NAMES, "acceleration", "yaw rate")
 """Limits that a broken one is a number into."""
 _ACCELERATION, _YAW_RATE = len(LIMIT_NAMES), len(LIMIT_NAMES) + 1
+BISECTED = 8
+"""Times that the share of the speed is halved at which a limit is kept: to 0.4 % of the speed, less
+than a level."""
 CREEPING = 0.1
 """Share of the speed at which it is seen whether less speed keeps a limit."""
 _RESULT = np.array([1, 5, 2, 3, 4])
@@ -71,6 +74,7 @@ class Broken:
         however_slow: (n,) whether creeping evenly breaks a limit as well.
         kept: (n,) share of what speed and acceleration add to the value there that the limit leaves
             room for.
+        slower: (n,) share of the speed at which it is kept, with the same bend.
     """
 
     steps: NDArray[np.int64]
@@ -79,6 +83,7 @@ class Broken:
     allowed: Array
     however_slow: NDArray[np.bool_]
     kept: Array
+    slower: Array
 
     def __bool__(self) -> bool:
         return len(self.steps) > 0
@@ -195,6 +200,7 @@ def _broken_among(
     slow = creeping[np.arange(len(at)), _RESULT[numbers[at]]]
     with np.errstate(divide="ignore", invalid="ignore"):
         kept = [np.nan_to_num(np.clip((most[0] - slow) / (reached[0] - slow), 0.0, 1.0))]
+    slower = [_share_that_holds(conditions, rows[at])]
     for number, (rate, limit) in enumerate(motion_rates(conditions, motion), _ACCELERATION):
         at = np.flatnonzero((rate > limit * (1.0 + ROUNDING)) & moving)
         steps.append(at)
@@ -203,7 +209,9 @@ def _broken_among(
         most.append(np.full(len(at), limit))
         always.append(np.zeros(len(at), np.bool_))
         kept.append(limit / rate[at])
-    joined = [np.concatenate(parts) for parts in (steps, limits, reached, most, always, kept)]
+        slower.append(limit / rate[at])
+    columns = steps, limits, reached, most, always, kept, slower
+    joined = [np.concatenate(parts) for parts in columns]
     used = np.zeros(len(moving))
     np.maximum.at(used, owner, limit_shares(conditions, found).max(axis=1))
     return Broken(*joined), used
@@ -215,6 +223,24 @@ def _creeping(conditions: OperatingConditions, rows: Array) -> Array:
     slow[:, _SPEEDS] *= CREEPING
     slow[:, _RATES] = 0.0
     return conditions.model.power_and_limits(slow)
+
+
+def _share_that_holds(conditions: OperatingConditions, rows: Array) -> Array:
+    """(n,) share of the speed, by bisection, at which rows (n, columns) keep all limits.
+
+    CREEPING where that does not keep them either. Drag grows fast at low speed and hardly at high
+    speed: a straight line between two speeds says too little, and a round would follow for each
+    level of speed.
+    """
+    low, high = np.full(len(rows), CREEPING), np.ones(len(rows))
+    for _ in range(BISECTED if len(rows) else 0):
+        middle = 0.5 * (low + high)
+        slow = rows.copy()
+        slow[:, _SPEEDS] *= middle[:, None]
+        slow[:, _RATES] *= middle[:, None] ** 2
+        holds = _numbers(conditions.model.power_and_limits(slow), conditions.limits) < 0
+        low, high = np.where(holds, middle, low), np.where(holds, high, middle)
+    return low
 
 
 def limit_shares(conditions: OperatingConditions, found: Array) -> Array:
@@ -337,18 +363,22 @@ def ease(
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
     faster = np.diff(motion.speed) / np.diff(motion.time)
     change, sideways = np.abs(faster), speed**2 * np.abs(motion.curvatures)
-    found: dict[tuple[int, int], float] = {}
-    for step, limit, share in zip(
-        broken.steps.tolist(), broken.limits.tolist(), broken.kept.tolist(), strict=True
+    found: dict[tuple[int, int], tuple[float, float]] = {}
+    for step, limit, *shares in zip(
+        *(broken.steps.tolist(), broken.limits.tolist()),
+        *(broken.kept.tolist(), broken.slower.tolist()),
+        strict=True,
     ):
-        found[step, limit] = min(found.get((step, limit), 1.0), share)
-    for (step, limit), share in found.items():
+        before = found.get((step, limit), (1.0, 1.0))
+        found[step, limit] = min(before[0], shares[0]), min(before[1], shares[1])
+    for (step, limit), (share, holds) in found.items():
         place = int(np.searchsorted(ends, 0.5 * (along[step] + along[step + 1])))
         near = slice(max(0, place - 1), place + 2)
         name = ALONG[limit]
         kept = min(max(share, LEAST_KEPT), MOST_KEPT)
-        # What a motor and a wheel take of a bend goes with the square of the speed.
         slower, gentler = kept if name == "voltage" else math.sqrt(kept), kept
+        if name != "voltage" and max(sideways[step], change[step]) < STEADY_SHARE * most:
+            slower = min(holds, MOST_KEPT)
         if name in ("acceleration", "yaw rate"):
             # The step's ground is a little shorter than its slope in the middle said.
             slower = gentler = (1.0 - 1e-3) * share

@@ -140,10 +140,24 @@ def test_what_takes_most_of_a_limit_is_eased(bend: float) -> None:
     step = int(np.flatnonzero(gained > 0.2 * gained.max())[-1])
     motion = replace(motion, curvatures=np.full(len(gained), bend))
     at, limit = np.array([step]), np.array([ALONG.index("traction")])
-    broken = Broken(at, limit, np.zeros(1), np.zeros(1), np.zeros(1, bool), np.array([0.8]))
+    kept = np.array([0.8])
+    broken = Broken(at, limit, np.zeros(1), np.zeros(1), np.zeros(1, bool), kept, kept)
     fastest, hardest = eased(broken, motion, track_of(field, conditions))
     assert (fastest.min() < MUCH) == (bend > 0.0)
     assert (hardest.min() < MUCH) == (bend == 0.0)
+
+
+def test_a_steady_speed_is_lowered_to_what_holds_at_once() -> None:
+    """Drag hardly grows with a high speed: by its share, a round would follow for every level."""
+    field, conditions, motion, _ = straight(0.0)
+    step = len(motion.x) // 2
+    assert motion.speed[step + 1] == pytest.approx(motion.speed[step], rel=1e-6)
+    at, limit = np.array([step]), np.array([ALONG.index("traction")])
+    shares = np.array([0.95]), np.array([0.4])
+    broken = Broken(at, limit, np.zeros(1), np.zeros(1), np.zeros(1, bool), *shares)
+    fastest, hardest = eased(broken, motion, track_of(field, conditions))
+    assert fastest.min() == pytest.approx(0.4 * motion.speed[step], rel=1e-3)
+    assert hardest.min() == MUCH
 
 
 def track_of(field: CostField, conditions: OperatingConditions) -> Track:

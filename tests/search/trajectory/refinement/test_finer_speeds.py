@@ -158,7 +158,7 @@ def test_speeds_stay_on_a_step_where_a_limit_would_break(driven, monkeypatch) ->
         asked.append(motion)
         broken = np.zeros(1) if len(asked) == 1 else np.zeros(0)
         steps = np.full(len(broken), step)
-        return Broken(steps, steps, broken, broken, broken > 0.0, broken)
+        return Broken(steps, steps, broken, broken, broken > 0.0, broken, broken)
 
     monkeypatch.setattr(finer_speeds, "broken_limits", once)
     finer = finer_speeds.finer_speeds(field, conditions, before)
@@ -170,7 +170,7 @@ def test_speeds_stay_on_a_step_where_a_limit_would_break(driven, monkeypatch) ->
 def test_a_motion_stays_where_no_other_speeds_keep_all_limits(driven, monkeypatch) -> None:
     field, conditions, before, _ = driven
     at = np.full(1, 5)
-    always = Broken(at, at, 0.0 * at, 0.0 * at, at < 0, 0.0 * at)
+    always = Broken(at, at, 0.0 * at, 0.0 * at, at < 0, 0.0 * at, 0.0 * at)
     monkeypatch.setattr(finer_speeds, "broken_limits", lambda *given, **how: always)
     assert finer_speeds.finer_speeds(field, conditions, before) is before
 
