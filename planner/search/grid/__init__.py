@@ -8,9 +8,8 @@ path = grid_path(field, lattice, to_go, start)
 from planner.search.grid.lattice import (
     Lattice,
     build_lattice,
-    close_cost,
+    can_be_driven,
     number_nodes,
-    price_closely,
 )
 from planner.search.grid.least_cost import CostToGo, cost_from, cost_to_go, grid_path
 
@@ -18,10 +17,9 @@ __all__ = [
     "CostToGo",
     "Lattice",
     "build_lattice",
-    "close_cost",
+    "can_be_driven",
     "cost_from",
     "cost_to_go",
     "grid_path",
     "number_nodes",
-    "price_closely",
 ]

@@ -79,8 +79,8 @@ class Points(NamedTuple):
     of it.
     """
 
-    count: NDArray[np.int64]
-    """(COUNT,) pieces of each move."""
+    pieces: NDArray[np.int64]
+    """(COUNT,) of each move."""
     nodes: NDArray[np.int64]
     """(COUNT, pieces, 3, 2) columns and rows from the move's node to the first one that the ground
     at a point is interpolated from."""
@@ -296,7 +296,7 @@ def _price_steep(
     length = math.sqrt(ex * ex + ey * ey)
     direction, scale = math.atan2(ey, ex), 0.5 * (GENTLE - 1) / reach
     ux, uy = ex / length, ey / length
-    count = together.points.count[m]
+    count = together.points.pieces[m]
     if int(math.ceil(length / field.step)) != count:
         return False  # between these two places, rounding makes it a piece more
     margin, total = field.margin, np.zeros(best.shape[0])
@@ -370,6 +370,17 @@ def price_closely(field: Any, lattice: Any, j: int, i: int, wanted: int, back: i
         b, a = j + back * dj, i + back * di
         if not _price_steep(field, lattice.together, row[b, a], m, b, a, di, dj):
             close[row[b, a], m] = close_cost(field, b, a, di, dj)
+
+
+@njit(cache=True, error_model="numpy")
+def can_be_driven(field: Any, lattice: Any, j: int, i: int, m: int) -> bool:
+    """Whether some yaw holds all along move number ``m`` from a node, priced closely."""
+    if lattice.row.shape[0] == 1:
+        return bool(close_cost(field, j, i, lattice.moves[m, 0], lattice.moves[m, 1]) < np.inf)
+    row = lattice.row[j, i]
+    if math.isnan(lattice.close[row, m]):
+        price_closely(field, lattice, j, i, 1 << m, 0)
+    return bool(lattice.close[row, m] < np.inf)
 
 
 @njit(cache=True, error_model="numpy")

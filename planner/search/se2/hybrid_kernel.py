@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from planner.arrays import Array
 from planner.compiled_code import njit
 from planner.search.field import wind_cost
-from planner.search.grid import close_cost, price_closely
+from planner.search.grid import can_be_driven
 from planner.search.resolution import COUNT, LEAST_COST, YAW_BINS
 from planner.search.se2.pose_costs import (
     ANGLE,
@@ -153,18 +153,6 @@ def _arriving(field: Any, frame: Any, free: Any, goal: End) -> Any:
         if is_free(free[node // nx, node % nx], b):
             costs[node * YAW_BINS + b] = cost
     return costs
-
-
-@njit(cache=True, error_model="numpy")
-def _holds(field: Any, lattice: Any, j: int, i: int, m: int) -> bool:
-    """Whether some yaw holds all along a move from a node, and not at its ends alone."""
-    if lattice.row.shape[0] == 1:
-        di, dj = lattice.moves[m, 0], lattice.moves[m, 1]
-        return bool(close_cost(field, j, i, di, dj) < np.inf)
-    row = lattice.row[j, i]
-    if math.isnan(lattice.close[row, m]):
-        price_closely(field, lattice, j, i, 1 << m, 0)
-    return bool(lattice.close[row, m] < np.inf)
 
 
 @njit(cache=True, error_model="numpy")
@@ -310,7 +298,7 @@ def search_poses(
             if not (inside and -right <= _wrap(direction[m] - before) <= left):
                 continue
             still, metres = to_go[to_j, to_i], length[m]
-            if steep[j, i] and not _holds(field, lattice, j, i, m):
+            if steep[j, i] and not can_be_driven(field, lattice, j, i, m):
                 metres *= limits.too_steep
             if still == np.inf or metres == np.inf:
                 continue
