@@ -221,17 +221,13 @@ def trajectory(
         field = field._replace(
             by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
         )
-    care = CLOSELY if closely else ROUGHLY if effort.patient else HASTILY
-    if not closely and not run.ground.blocked.any():
-        # In the open, bends are wide and refinement saves little.
-        care = care._replace(refined=0)
     return move(
         field,
         run.conditions,
         [path for path, _ in legs],
         run.yaws,
         objective=OBJECTIVES[objective],
-        care=care,
+        care=CLOSELY if closely else ROUGHLY if effort.patient else HASTILY,
         checked=closely or not effort.closely,
         check=run.check,
     )

@@ -51,7 +51,7 @@ class Care(NamedTuple):
         waypoints: places at most at which the yaw is decided, where there is room.
         turned: yaw profiles at most where limits are checked, each without an angle that broke one
             before.
-        refined: rounds in which yaw and speeds are refined at most.
+        refined: rounds in which the yaw is refined at most.
         every_end: whether all places beyond which no yaw leads are looked for: what is beyond the
             first one matters to a search past all of them.
     """
@@ -167,7 +167,7 @@ def _move(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Infeasible(float(x), float(y), "the body touches something", True)
-    if not checked or objective == OBJECTIVES["time"] or care.refined == 0:
+    if not checked or objective == OBJECTIVES["time"]:
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
