@@ -105,8 +105,8 @@ class Together(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Cached bytes."""
-        return self.best.nbytes + self.gentle.nbytes + self.close.nbytes
+        """Cached bytes; each lattice counts its own part of ``close``, which it keeps alive."""
+        return self.best.nbytes + self.gentle.nbytes
 
 
 class Lattice(NamedTuple):
@@ -133,8 +133,8 @@ class Lattice(NamedTuple):
 
     @property
     def nbytes(self) -> int:
-        """Cached bytes, without those of the numbering and of ``together``."""
-        return self.table.nbytes
+        """Cached bytes, without those of the numbering."""
+        return self.table.nbytes + self.close.nbytes
 
 
 class _MoveCosts(NamedTuple):

@@ -123,3 +123,12 @@ def test_what_one_objective_priced_another_one_knows():
     assert known["energy"] > 0.05
     assert known["time"] == pytest.approx(known["energy"], rel=0.3)
     assert known["length"] == pytest.approx(known["energy"], rel=0.3)
+
+
+def test_room_for_prices_counts_for_as_long_as_a_lattice_has_it():
+    """The cache may forget what objectives share, and still hold their lattices."""
+    situation = situation_on(4.0 * hills(seed=3))
+    lattices = [situation.lattice(aim, situation.field(aim)) for aim in OBJECTIVES]
+    shared = lattices[0].together
+    assert all(lattice.together is shared for lattice in lattices)
+    assert sum(one.nbytes - one.table.nbytes for one in lattices) == shared.close.nbytes > 0
