@@ -284,8 +284,9 @@ def _price_steep(
     """
     heights, mask, steep = field.heights, field.mask, field.steep
     ny, nx = heights.shape
-    inside = min(j, i, ny - 1 - j, nx - 1 - i) >= FROM_BORDER
-    if not inside or field.extra.any() or not (steep[j, i] or steep[j + dj, i + di]):
+    if not (steep[j, i] or steep[j + dj, i + di]) or field.extra.any():
+        return False
+    if min(j, i, ny - 1 - j, nx - 1 - i) < FROM_BORDER:
         return False
     best, gentle, close = together.best, together.gentle, together.close
     nodes, weights = together.points.nodes[m], together.points.weights[m]
