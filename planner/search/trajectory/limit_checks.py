@@ -376,6 +376,7 @@ def ease(
         near = slice(max(0, place - 1), place + 2)
         name = ALONG[limit]
         kept = min(max(share, LEAST_KEPT), MOST_KEPT)
+        # What a motor and a wheel take of a bend goes with the square of the speed.
         slower, gentler = kept if name == "voltage" else math.sqrt(kept), kept
         if name != "voltage" and max(sideways[step], change[step]) < STEADY_SHARE * most:
             slower = min(holds, MOST_KEPT)
