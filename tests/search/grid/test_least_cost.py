@@ -9,6 +9,7 @@ import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from planner.power.model import PowerModel
 from planner.search.field import CostField, polyline_cost
 from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, build_lattice, close_cost
 from planner.search.grid.least_cost import cost_from, cost_to_go, grid_path
@@ -21,13 +22,16 @@ CELL = 0.5
 
 
 def situation_on(
-    heights: np.ndarray, obstacles: np.ndarray | None = None, **conditions
+    heights: np.ndarray,
+    obstacles: np.ndarray | None = None,
+    model: PowerModel | None = None,
+    **conditions,
 ) -> Situation:
-    """Heights (ny, nx) in m, seen by the standard robot."""
+    """Heights (ny, nx) in m, seen by a robot: the standard one, where no model is given."""
     terrain = Terrain.from_arrays(heights, cell=(CELL, CELL), obstacles=obstacles)
     asked = {"map": "here", "start": {"x": 0, "y": 0}, "goal": {"x": 1, "y": 1}}
     request = PlanRequest.from_json({**asked, "conditions": conditions})
-    return situation_of(request, terrain=terrain)
+    return situation_of(request, terrain=terrain, model=model)
 
 
 def field_of(heights: np.ndarray, obstacles: np.ndarray | None = None, **conditions) -> CostField:
