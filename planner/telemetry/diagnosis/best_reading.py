@@ -16,8 +16,8 @@ from planner.telemetry.logs import Finding, Meter, same_meter
 from planner.telemetry.sampling import LogSource
 
 CLEARLY_LESS = 0.98
-"""Held-out error over that of the usual reading, below which another one is believed; smaller
-differences are scatter between choices of the held-out runs."""
+"""Held-out error over that of the usual reading, or with its meter, below which another one is
+believed; smaller differences are scatter between choices of the held-out runs."""
 
 
 def best_reading(source: LogSource, start: PowerModel) -> LogSource:
@@ -35,19 +35,21 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
         return usual
     log, base = metered_base_fit(usual.sample, start)
     best, least, meter = usual, CLEARLY_LESS * overall_error(log, base), log.meter
-    trials: list[tuple[LogSource, tuple[Meter | None] | None]] = []
+    trials: list[tuple[LogSource, list[tuple[Meter | None] | None]]] = []
     if others:
         # A smooth motion shows a meter best; it is the same whatever the reading.
         smooth, _ = metered_base_fit(others[0].sample, start)
-        meters = [meter] if same_meter(meter, smooth.meter) else [meter, smooth.meter]
-        trials += [(reading, (shown,)) for reading in others for shown in meters]
+        same = same_meter(meter, smooth.meter)
+        meters = [(meter,)] if same else [(meter,), (smooth.meter,)]
+        trials += [(reading, [*meters]) for reading in others]
     # Beside a motion of another moment it is another one.
-    trials += [(reading, None) for reading in followed]
-    for reading, known in trials:
-        log, base = metered_base_fit(reading.sample, start, known)
-        error = overall_error(log, base)
-        if error < least:
-            best, least, meter = reading, error, log.meter
+    trials += [(reading, [None]) for reading in followed]
+    for reading, shown in trials:
+        found = [metered_base_fit(reading.sample, start, known) for known in shown]
+        errors = [overall_error(*each) for each in found]
+        at = -1 if errors[-1] < CLEARLY_LESS * errors[0] else 0
+        if errors[at] < least:
+            best, least, meter = reading, errors[at], found[at][0].meter
     if best.lag:
         best = best.with_findings([_late(best.lag)])
     return best.with_meter(meter)
