@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from planner.power.catalogue import all_effects
-from planner.telemetry.diagnosis.decision import Answer, Decision
+from planner.telemetry.diagnosis.answer import Answer, Decision
 from planner.telemetry.diagnosis.results import Candidate, Estimate
 from planner.telemetry.estimation import Fit
 from planner.telemetry.evidence import Examination

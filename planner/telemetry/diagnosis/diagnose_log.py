@@ -49,12 +49,10 @@ from planner.telemetry.diagnosis.advice import (
     Untestable,
     slope_to_log,
 )
+from planner.telemetry.diagnosis.answer import Decision
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.candidates import adoptable, candidates_of
-from planner.telemetry.diagnosis.decision import (
-    Decision,
-    decide,
-)
+from planner.telemetry.diagnosis.decision import decide
 from planner.telemetry.diagnosis.reconcile import (
     beside_noise,
     confirmed,

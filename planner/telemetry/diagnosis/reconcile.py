@@ -24,7 +24,8 @@ from dataclasses import replace
 import numpy as np
 
 from planner.arrays import Array
-from planner.telemetry.diagnosis.decision import Answer, Decision, stands
+from planner.telemetry.diagnosis.answer import Answer, Decision
+from planner.telemetry.diagnosis.decision import stands
 from planner.telemetry.diagnosis.results import Diagnosis
 from planner.telemetry.diagnosis.unexplained import unexplained_by
 from planner.telemetry.estimation import Fit

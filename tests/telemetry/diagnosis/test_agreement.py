@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from planner.telemetry.diagnosis.decision import Answer, Decision
+from planner.telemetry.diagnosis.answer import Answer, Decision
 from planner.telemetry.diagnosis.reconcile import beyond_noise, confirmed, outdone, undisputed
 from planner.telemetry.diagnosis.unexplained import Unexplained
 from planner.telemetry.prediction import predict

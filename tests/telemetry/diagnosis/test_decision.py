@@ -13,10 +13,9 @@ import pytest
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.diagnosis import decision as decision_module
+from planner.telemetry.diagnosis.answer import Answer, Decision
 from planner.telemetry.diagnosis.decision import (
     MOST_OF_EXCESS,
-    Answer,
-    Decision,
     decide,
     stands,
 )
