@@ -197,7 +197,8 @@ class Checks:
             raise LogError(
                 self.where,
                 f"none of its {self.seen} rows can be used" + (f": {reasons}" if reasons else ""),
-                accepted="rows with run, time, vx, vy, wz and power",
+                accepted="rows with run, time, vx, vy, wz and power; joulepath logs join for "
+                "channels that have rows of their own",
             )
         if self.latest > LATEST_PLAUSIBLE_TIME or self.interval >= LONGEST_PLAUSIBLE_INTERVAL:
             raise LogError(
@@ -246,6 +247,8 @@ class Checks:
             if kind in _REASONS:
                 rows = f"{odd.rows} row{'s' if odd.rows > 1 else ''} with {_REASONS[kind]}"
                 text = f"{name}: {rows} left out, the first is row {odd.first}"
+                if kind == "missing" and 2 * odd.rows > self.seen:
+                    text += "; where it has a rate of its own, joulepath logs join makes its rows"
                 yield Finding(kind, name, odd.rows, text)
         if self.ragged:
             text = (

@@ -53,12 +53,21 @@ _SINCE_1970 = ((1e17, 1e-9), (1e14, 1e-6), (1e11, 1e-3), (1e8, 1.0))
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """One file: its name, times in s, channels in SI, each (n,); whether it counts since 1970."""
+    """Channels of a file that share their rows.
+
+    Attributes:
+        name: of the file.
+        time: (n,) s.
+        channels: by quantity, (n,) in SI.
+        absolute: whether the times count since 1970.
+        file: number of the file; the sources of one file share its clock.
+    """
 
     name: str
     time: Array
     channels: dict[str, Array]
     absolute: bool
+    file: int
 
     @property
     def interval(self) -> float:
@@ -85,26 +94,30 @@ def clock_of(time: Array, where: str) -> tuple[float, bool]:
 def on_one_clock(
     sources: Sequence[Source], base: Source, given: AnyMapping[str, float], said: list[str]
 ) -> list[Source]:
-    """Files on the clock of one of them; those with power last, as the angles help to place them.
+    """Sources on the clock of one of them; those with power last, as the angles help to place them.
 
-    Args, raises: as ``shifted``.
+    Args, raises: as ``shifted``. One source of a file tells the shift of all of them.
     """
-    placed = {
-        number: shifted(source, base, given, said)
-        for number, source in enumerate(sources)
-        if "power" not in source.channels or source is base
-    }
-    angles: dict[str, Array] = {
-        name: np.interp(base.time, one.time, one.channels[name])
-        for one in placed.values()
-        for name in ("pitch", "roll")
-        if name in one.channels
-    }
-    leaning = replace(base, channels={**base.channels, **angles})
-    for number, source in enumerate(sources):
-        if number not in placed:
-            placed[number] = shifted(source, leaning, given, said)
-    return [placed[number] for number in range(len(sources))]
+    telling: dict[int, Source] = {}
+    for source in sources:
+        if _activity(telling.setdefault(source.file, source)) is None:
+            telling[source.file] = source
+    shifts = {base.file: 0.0}
+    angles: dict[str, Array] = {}
+    placed: list[Source] = []
+    for with_power in (False, True):
+        leaning = replace(base, channels={**base.channels, **angles})
+        for file, one in telling.items():
+            if file not in shifts and ("power" in one.channels) == with_power:
+                shifts[file] = float((shifted(one, leaning, given, said).time - one.time)[0])
+        placed = [replace(s, time=s.time + shifts[s.file]) for s in sources if s.file in shifts]
+        angles = {
+            name: np.interp(base.time, one.time, one.channels[name])
+            for one in placed
+            for name in ("pitch", "roll")
+            if name in one.channels
+        }
+    return placed
 
 
 def shifted(source: Source, base: Source, given: AnyMapping[str, float], said: list[str]) -> Source:
@@ -118,8 +131,6 @@ def shifted(source: Source, base: Source, given: AnyMapping[str, float], said: l
     Raises:
         LogError: the clocks have nothing in common and the courses do not tell the shift.
     """
-    if source is base:
-        return source
     if source.name in given:
         said.append(f"{source.name} shifted by {given[source.name]:+.4g} s, as given")
         return replace(source, time=source.time + given[source.name])

@@ -7,7 +7,8 @@
 A row of a log holds averages over one interval that ends at its time. The slowest of the channels
 that every row needs (speeds and power) gives these intervals; faster channels are averaged over
 them, slower ones hold their last value. A meter that repeats its last value between updates is
-taken at its updates. Wheel speeds become body velocities by the vehicle's kinematics (least
+taken at its updates. A table of several topics, with empty cells between their samples, is taken
+topic by topic. Wheel speeds become body velocities by the vehicle's kinematics (least
 squares, Muir & Neuman 1987).
 
 Clocks: stamps since 1970 in s, ms, µs or ns are told by their size. What is left between two files
@@ -47,6 +48,8 @@ MOST_BACKWARDS = 0.01
 """Share of rows before an earlier one that are stragglers of a buffer; more are another drive."""
 REPEATED_SHARE = 0.5
 """Share of equal neighbours above which a channel is one that repeats its last value."""
+OWN_ROWS_RATIO = 1.5
+"""Interval of a channel's samples over that of the rows above which it has a rate of its own."""
 OTHER_UNIT_RATIO = 2.0
 """Speed over the vehicle's limit from which wheel speeds may be in another unit: rpm are 9.5."""
 _SPEEDS = ("vx", "vy", "wz")
@@ -110,9 +113,12 @@ def join_logs(
         )
     used = Mapping() if mapping is None else read_mapping(mapping, wheel_speeds=True)
     findings: list[str] = []
-    sources = [_read(Path(path), used, vehicle, findings) for path in paths]
     said: list[str] = []
-    sources = [_without_repeats(source, findings) for source in sources]
+    sources = [
+        _without_repeats(source, findings)
+        for number, path in enumerate(paths)
+        for source in _by_rows(_read(Path(path), used, vehicle, findings, number))
+    ]
     taken = _owners(sources, used, said)
     base = sources[taken["vx"]]
     sources = on_one_clock(sources, base, shifts or {}, said)
@@ -125,7 +131,9 @@ def join_logs(
     return JoinedLog(columns, label, step, tuple(said), tuple(findings))
 
 
-def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str]) -> Source:
+def _read(
+    path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str], number: int
+) -> Source:
     file = open_log(path)
     where = str(path)
     own = {name: c for name, c in used.columns.items() if c.heading in file.columns}
@@ -168,7 +176,28 @@ def _read(path: Path, used: Mapping, vehicle: Vehicle | None, findings: list[str
     if not channels:
         raise LogError(where, "has no column that a log may have", accepted="docs/logs.md, Columns")
     channels = {name: values[good] for name, values in channels.items()}
-    return Source(path.name, time[good], channels, absolute)
+    return Source(path.name, time[good], channels, absolute, number)
+
+
+def _by_rows(source: Source) -> list[Source]:
+    """A file by the channels that share their rows: a table of several topics has empty cells.
+
+    A channel with fewer samples than rows has them at its own rate; one that a few cells lack stays
+    with the others.
+    """
+    groups: dict[bytes, list[str]] = {}
+    for name, values in source.channels.items():
+        known = np.isfinite(values)
+        rare = known.sum() > 2 and (
+            np.median(np.diff(source.time[known])) > OWN_ROWS_RATIO * source.interval
+        )
+        groups.setdefault(known.tobytes() if rare else b"", []).append(name)
+    parts = []
+    for rows, names in groups.items():
+        chosen = np.frombuffer(rows, bool) if rows else slice(None)
+        channels = {name: source.channels[name][chosen] for name in names}
+        parts.append(replace(source, time=source.time[chosen], channels=channels))
+    return parts
 
 
 def _body_velocities(

@@ -267,7 +267,8 @@ def _require(given: set[str], headings: Sequence[str], where: str) -> None:
         f"has no column {names}{hint}",
         accepted=f"columns {', '.join(REQUIRED)} (power may be battery_voltage and "
         "battery_current), or a mapping file that says which columns they are"
-        + (', and [constants] run = "drive" for a single one' if "run" in missing else ""),
+        + (', and [constants] run = "drive" for a single one' if "run" in missing else "")
+        + ("; from wheel speeds, joulepath logs join" if {"vx", "vy", "wz"} <= {*missing} else ""),
     )
 
 

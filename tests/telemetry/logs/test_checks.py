@@ -113,6 +113,14 @@ REFUSED: dict[str, tuple[Callable[[Path], Path], str]] = {
         "UTF-8",
     ),
     "text in time": (changed(time=[f"12:00:{k:02d}" for k in range(60)]), "'time'.*row 1.*moments"),
+    "wheel speeds alone": (
+        changed(vx=None, vy=None, wz=None, wheel_speed_1=[1.0] * 60),
+        "'vx', 'vy', 'wz'.*from wheel speeds, joulepath logs join",
+    ),
+    "a row for each topic": (
+        changed(vx=[0.1, ""] * 30, power=["", 9.0] * 30),
+        "none of its 60 rows.*30 have no value in 'vx'.*joulepath logs join",
+    ),
     "nothing measured": (changed(power=[""] * 60), "none of its 60 rows.*60 have no value"),
     "all infinite": (changed(vx=[math.inf] * 60), "none of its 60 rows"),
     "time runs back": (changed(time=BACK), r"backwards.*row 18.*'run 0'"),
@@ -178,6 +186,13 @@ def test_a_single_impossible_value_is_left_out_and_counted(tmp_path: Path) -> No
     assert "row 42" in finding.sentence
     assert len(log) == 599
     assert np.abs(column(log, "ax")).max() < 1.0
+
+
+def test_a_slower_meter_in_the_same_table_is_sent_to_join(tmp_path: Path) -> None:
+    log = Telemetry.read(changed(power=[9.0, "", "", "", ""] * 12)(tmp_path))
+    (found,) = [f for f in log.report if f.kind == "missing"]
+    assert "48 rows with no value left out" in found.sentence
+    assert "joulepath logs join" in found.sentence
 
 
 def test_row_numbers_count_the_rows_of_the_file(tmp_path: Path) -> None:

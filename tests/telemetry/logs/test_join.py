@@ -209,6 +209,54 @@ def test_held_power_is_found_and_taken_at_its_updates(tmp_path: Path) -> None:
     right(joined, 0.5, of=0.05)
 
 
+def merged(path: Path, files: list[Path]) -> Path:
+    """One table of several files, as tools write that export a recording: a row for each sample."""
+    rows: dict[float, dict[str, str]] = {}
+    names: list[str] = []
+    for file in files:
+        heading, *lines = (line.split(",") for line in file.read_text().splitlines())
+        names += heading[1:]
+        for line in lines:
+            rows.setdefault(float(line[0]), {}).update(zip(heading[1:], line[1:], strict=True))
+    text = [",".join(["time", *names])]
+    text += [
+        ",".join([f"{time:.12g}", *(row.get(name, "") for name in names)])
+        for time, row in sorted(rows.items())
+    ]
+    path.write_text("\n".join(text))
+    return path
+
+
+def test_a_table_of_several_topics_is_what_their_files_are(tmp_path: Path) -> None:
+    files = [
+        write(tmp_path / "odom.csv", every(0.1), 0.1, "vx vy wz", EPOCH),
+        write(tmp_path / "imu.csv", every(0.1, first=0.03), 0.1, "pitch", EPOCH),
+        write(tmp_path / "power.csv", every(0.5, first=0.003), 0.5, "power", EPOCH),
+    ]
+    joined = join_logs([merged(tmp_path / "all.csv", files)])
+    right(joined, 0.503)
+    apart = join_logs(files).columns
+    assert all(np.array_equal(joined.columns[name], apart[name]) for name in apart)
+    # A table in which every row has speeds and each tenth has power is one as well.
+    slow = write(tmp_path / "slow.csv", every(1.0), 1.0, "power", EPOCH)
+    joined = join_logs([merged(tmp_path / "sparse.csv", [files[0], slow])])
+    assert joined.interval == pytest.approx(1.0)
+    right(joined, 1.0)
+
+
+def test_topics_of_one_table_share_its_clock(tmp_path: Path) -> None:
+    odometry = write(tmp_path / "odom.csv", every(0.02), 0.02, "vx vy wz", EPOCH)
+    topics = [
+        write(tmp_path / "imu.csv", every(0.1, first=0.03), 0.1, "pitch", EPOCH + 7.0),
+        write(tmp_path / "power.csv", every(0.5), 0.5, "power", EPOCH + 7.0),
+    ]
+    joined = join_logs([odometry, merged(tmp_path / "other.csv", topics)])
+    assert any(said.startswith("other.csv shifted by -7.0") for said in joined.said)
+    ends = joined.columns["time"] + 0.5
+    true = mean("pitch", ends, 0.5)
+    assert np.std((joined.columns["pitch"] - true)[2:-2]) < 0.05 * np.std(true)
+
+
 @pytest.mark.parametrize("name", ["minibalance", "robotino"])
 def test_wheel_speeds_become_body_velocities(tmp_path: Path, name: str) -> None:
     vehicle = load_vehicle(name)
