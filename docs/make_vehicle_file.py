@@ -52,6 +52,10 @@ Unknown keys are refused, and those of another layout.
 | current at a standstill, at a voltage V | `resistance` = V / that current |
 | speed and current without load at V | `torque_constant` = (V − resistance · current) / speed; \
 the speed in rad/s of the motor, which is the wheel's times `gear_ratio` |
+| rated torque, current and speed at V | `torque_constant` = torque / (current − no-load current); \
+`resistance` = (V − torque_constant · speed) / current; `continuous_torque` = the rated torque; \
+all of the motor before its gear |
+| rated power and speed | rated torque = power / speed in rad/s; the current is missing still |
 | wheelbase, track | `half_wheelbase`, `half_track`: half of each |
 | "lever" or "wheel offset" of an omni robot | `base_radius` |
 | no-load current | `no_load_current` |

@@ -71,6 +71,15 @@ class WheelLayout:
         speeds: NDArray[np.float64] = self.table[:, RIM : RIM + 3] @ np.array([vx, vy, wz])
         return speeds / self.radius
 
+    @property
+    def rolling(self) -> NDArray[np.float64]:
+        """Directions in which the wheels roll, rad from the body's x, (n,)."""
+        lever, drag = self.table[:, AXIS_LEVER], self.table[:, DRAG_LEVER]
+        ax, ay = self.table[:, RIM_VX] * lever, self.table[:, RIM_VY] * lever
+        # Out of the parts along the roller's axle and across it.
+        directions: NDArray[np.float64] = np.arctan2(lever * ay + drag * ax, lever * ax - drag * ay)
+        return directions
+
     def stretched(self, along: float, across: float) -> WheelLayout:
         """The same wheels, turned as they are, at other places.
 
@@ -78,12 +87,9 @@ class WheelLayout:
             along, across: factors on the places forward and to the left.
         """
         wheels = []
-        for row in self.table:
-            lever, drag = row[AXIS_LEVER], row[DRAG_LEVER]
-            ax, ay = row[RIM_VX] * lever, row[RIM_VY] * lever
-            # The rolling direction, out of its parts along the axle and across it.
-            rolling = math.atan2(lever * ay + drag * ax, lever * ax - drag * ay)
-            wheels.append((row[X] * along, row[Y] * across, rolling, (ax, ay)))
+        for row, rolling in zip(self.table, self.rolling, strict=True):
+            axle = (row[RIM_VX] * row[AXIS_LEVER], row[RIM_VY] * row[AXIS_LEVER])
+            wheels.append((row[X] * along, row[Y] * across, float(rolling), axle))
         return _layout(wheels, self.radius)
 
 

@@ -27,6 +27,8 @@ TRIED_SPEEDS = 400
 """Speeds tried up to the motor's no-load speed."""
 SLOWEST_DRIVE = 0.02
 """Share of the no-load speed below which nothing drives: dry friction only begins there."""
+ROUNDED_UP = 1.01
+"""Sizes of a data sheet are rounded: wheels that end so much beyond the body do not count."""
 FASTEST_TURN = 4.0 * math.pi
 """rad/s, two turns a second; a larger limit of the yaw rate was meant in degrees."""
 ASSUMED = ("assumed", "prior", "estimated", "chosen")
@@ -164,17 +166,17 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
     turning = vehicle.layout.wheel_count * rotors / vehicle.layout.radius**2
     plate = vehicle.mass / 12.0 * (vehicle.length**2 + vehicle.width**2)
     yaw = vehicle.parameters["inertia"]["yaw_inertia"]
+    rolling = vehicle.layout.rolling
     light = float(_account(model, np.array([level.speed_m_s]), 0.0, 0.0)["least_load"][0])
-    along, across = np.abs(vehicle.layout.table[:, :2]).max(axis=0)
+    rims = vehicle.layout.radius * np.abs([np.cos(rolling), np.sin(rolling)])
+    along, across = (np.abs(vehicle.layout.table[:, :2]).T + rims).max(axis=1)
     floor_load = vehicle.mass / (vehicle.length * vehicle.width)
     findings = {
         f"body.mass: {vehicle.mass:g} kg on {vehicle.length:g} by {vehicle.width:g} m is "
         f"{floor_load:,.0f} kg/m²; usual are 5 to 3,000": not 5.0 <= floor_load <= 3000.0,
         "drive.resistance, drive.torque_constant: "
         f"{level.winding_w:.0f} W of {level.power_w:.0f} W heat the windings "
-        f"at {level.speed_m_s:.2g} m/s on level ground; is a unit missing?": (
-            level.winding_w > max(5.0, 0.5 * level.power_w)
-        ),
+        f"at {level.speed_m_s:.2g} m/s on level ground; is a unit missing?": (_hot(level)),
         f"drive.torque_constant: {revolutions:,.0f} 1/min without load at {battery.voltage:g} V; "
         "usual are 1,000 to 20,000": not 1000.0 <= revolutions <= 20000.0,
         f"drive.resistance: {stalled:.3g} A at a standstill with {battery.voltage:g} V; usual are "
@@ -193,11 +195,17 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         f"body.yaw_inertia: {yaw:.3g} kg·m², a plate of this mass and size has {plate:.3g}": (
             not plate / 4.0 <= yaw <= 4.0 * plate
         ),
-        f"body.length: {vehicle.length:g} m, but a wheel's middle is {along:g} m from the centre": (
-            2.0 * along > vehicle.length
+        f"body.length: {vehicle.length:g} m, but the wheels end {along:.3g} m from the centre": (
+            2.0 * along > ROUNDED_UP * vehicle.length
         ),
-        f"body.width: {vehicle.width:g} m, but a wheel's middle is {across:g} m from the centre": (
-            2.0 * across > vehicle.width
+        f"body.width: {vehicle.width:g} m, but the wheels end {across:.3g} m from the centre": (
+            2.0 * across > ROUNDED_UP * vehicle.width
+        ),
+        f"drive.gear_ratio: {vehicle.gear_ratio:g} revolutions of the motor for one of the wheel; "
+        f"is it {1.0 / vehicle.gear_ratio:.4g}?": vehicle.gear_ratio < 1.0,
+        "limits.continuous_torque: not given, so that motors climb however hot they get; "
+        f"{up.winding_w:.0f} W of {up.power_w:.0f} W heat the windings {BUILDING_SLOPE:g}° up": (
+            math.isinf(limits.continuous_torque) and _hot(up) and not _hot(level)
         ),
         f"wheels.radius: {vehicle.layout.radius:g} m in a body {vehicle.length:g} m long": (
             2.0 * vehicle.layout.radius > vehicle.length
@@ -208,11 +216,17 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         f"limits.voltage: {limits.voltage:g} V is more than the battery's {battery.voltage:g} V": (
             battery.voltage < limits.voltage < math.inf
         ),
-        f"battery.capacity: a full battery lasts {level.hours or 0.0:.2g} h on level ground": (
+        f"battery.capacity: a full battery lasts {level.hours or 0.0:.2g} h on level ground; "
+        "a number without a unit is in J": (
             level.hours is not None and not 0.1 <= level.hours <= 48.0
         ),
     }
     return [sentence for sentence, holds in findings.items() if holds]
+
+
+def _hot(motion: Motion) -> bool:
+    """Whether most of the power heats the windings, as when a unit of the motor is missing."""
+    return motion.winding_w > max(5.0, 0.5 * motion.power_w)
 
 
 def steepest_slopes(model: PowerModel) -> dict[str, float]:

@@ -38,14 +38,19 @@ def checked(folder: Path, **changes: str) -> VehicleReport:
         ("yaw_rate", "90.0", ["limits.yaw_rate: 90 rad/s", "degrees"]),
         ("rotor_inertia", "135e-6", ["the rotors act like"]),
         ("yaw_inertia", "30.0", ["a plate of this mass and size"]),
-        ("half_track", "0.45", ["body.width: ", "a wheel's middle is 0.45 m"]),
+        ("half_track", "0.45", ["body.width: ", "the wheels end 0.45 m"]),
         # The whole wheelbase in the place of a half, and grams in the place of kilograms.
-        ("half_wheelbase", "0.56", ["body.length: ", "a wheel's middle is 0.56 m"]),
+        ("half_wheelbase", "0.56", ["body.length: ", "the wheels end 0.61 m"]),
+        # The wheels' middles are within the body, their rims are not.
+        ("half_wheelbase", "0.28", ["body.length: 0.6 m", "the wheels end 0.33 m"]),
+        ("gear_ratio", "0.05", ["drive.gear_ratio: 0.05", "is it 20?"]),
+        # Strong enough for the level, and too weak for a slope that no limit keeps it from.
+        ("gear_ratio", "4.0", ["limits.continuous_torque: not given", "heat the windings 5° up"]),
         ("mass", "12000.0", ["body.mass: 12000 kg", "kg/m²"]),
         ("radius", "0.5", ["wheels.radius: 0.5 m"]),
         ("com_height", "1.2", ["body.com_height"]),
         ("voltage", "30.0", ["limits.voltage: 30 V"]),
-        ("capacity", "5.0", ["a full battery lasts"]),
+        ("capacity", "5.0", ["a full battery lasts", "without a unit is in J"]),
         ("continuous_torque", "0.008", ["5° up cannot be driven"]),
     ],
 )
