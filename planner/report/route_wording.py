@@ -128,7 +128,7 @@ def remarks(document: Document, titles: Mapping[str, str]) -> Iterator[str]:
 def notes(document: Document) -> Iterator[str]:
     """What an answer assumed, a sentence each."""
     for note in document.get("notes", ()):
-        yield f"Note: {note}."
+        yield f"Note: {note}" + ("" if note.endswith("?") else ".")
 
 
 def of_battery(used: float) -> str:

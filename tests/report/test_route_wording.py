@@ -2,7 +2,7 @@
 
 import pytest
 
-from planner.report.route_wording import extra_cost, extra_share, of_battery, width_from
+from planner.report.route_wording import extra_cost, extra_share, notes, of_battery, width_from
 
 
 @pytest.mark.parametrize(
@@ -56,3 +56,8 @@ def test_rounding_errors_have_no_sign() -> None:
 )
 def test_the_battery_is_never_in_powers_of_ten(used: float, text: str) -> None:
     assert of_battery(used) == text
+
+
+def test_a_note_ends_with_one_mark() -> None:
+    document = {"notes": ["flat ground taken", "is a unit missing?"]}
+    assert list(notes(document)) == ["Note: flat ground taken.", "Note: is a unit missing?"]

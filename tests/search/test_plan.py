@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -157,6 +158,10 @@ def test_a_robot_that_is_too_heavy_is_not_told_of_slopes(level: Terrain) -> None
     assert answer.reason is not None
     assert "512 kg with its payload, cannot drive even on level ground" in answer.reason
     assert "slope" not in answer.reason
+    weak = replace(load_vehicle("minibalance"), gear_ratio=0.2)
+    answer = plan_route(terrain=level, **ASKED, vehicle=weak)
+    assert answer.reason is not None
+    assert "12 kg, cannot drive even on level ground" in answer.reason
 
 
 def test_a_yaw_in_degrees_is_met_with_a_hint(level: Terrain) -> None:

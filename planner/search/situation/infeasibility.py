@@ -160,8 +160,9 @@ def explain_no_route(
     ground, (start, goal) = situation.ground, ends
     if float(field.limit.max()) <= 0.0:
         level = limit_on_slope(situation.conditions, 0, 0.0, *start)
+        loaded = " with its payload" if request.payload.mass > 0.0 else ""
         words = (
-            f"the robot, {situation.conditions.mass:.4g} kg with its payload, cannot drive even on "
+            f"the robot, {situation.conditions.mass:.4g} kg{loaded}, cannot drive even on "
             "level ground: it is too heavy or too weak for it"
         )
         return replace(level, what=words + remedy(situation.conditions, level))
