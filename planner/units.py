@@ -24,6 +24,7 @@ _WORDS = {
     "rev": "turn",
     '"': "inch",
     "kph": "km/h",
+    "kmh": "km/h",
     "RPM": "rpm",
 }
 _TOWER = re.compile(r"\*\*\s*(?:-?\d+\s*\*\*|-?\d{2}|\()|\)\s*\*\*|\d{5}")

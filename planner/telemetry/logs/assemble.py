@@ -249,8 +249,7 @@ class Assembler:
         self.checks.add_rows(measured, step.follows[first:end] & (np.arange(first, end) > first))
         for axis, name in (("ax", "gravity_x"), ("ay", "gravity_y")):
             if axis in inside:
-                surplus = inside[axis] - computed[axis]
-                self.checks.add_acceleration(surplus, rows[:, INDEX[name]])
+                self.checks.add_acceleration(inside[axis], computed[axis], rows[:, INDEX[name]])
         return Rows(
             rows,
             power=inside["power"].copy(),

@@ -7,6 +7,7 @@ counted by column and reason.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -26,6 +27,10 @@ LATEST_PLAUSIBLE_TIME = 1e11
 """s; above it, time is not in seconds: seconds since 1970 stay below 1e10 for 300 years."""
 STEEPEST_PLAUSIBLE = 0.7
 """rad; no wheel grips on 40°, and a floor that is level within 1° seems as steep in degrees."""
+OTHER_UNIT_FACTOR = 5.0
+"""Derived over logged acceleration above which the latter is in another unit: in g it is 9.8."""
+CLEAR_ERRORS = 10.0
+"""Standard errors that the factor must differ from 0 by, so that noise alone never makes it."""
 GAP_INTERVALS = 2.5
 """Usual intervals; a longer one is a gap, and its rows are not consecutive."""
 _ENOUGH_ROWS = 1000
@@ -114,6 +119,7 @@ class Checks:
     latest: float = 0.0
     products: Array = field(default_factory=lambda: np.zeros(2))
     leak: Array = field(default_factory=lambda: np.zeros(2))
+    rates: Array = field(default_factory=lambda: np.zeros(3))
 
     def leave_out(self, kind: str, column: str, rows: Integers) -> None:
         """Count rows that do not enter the result."""
@@ -155,10 +161,12 @@ class Checks:
             good = np.isfinite(product)
             self.products += [power[good].sum(), product[good].sum()]
 
-    def add_acceleration(self, surplus: Array, gravity: Array) -> None:
-        """Logged minus derived acceleration, and gravity on the same axis, m/s²."""
-        good = np.isfinite(surplus)
-        self.leak += [float(surplus[good] @ gravity[good]), float(gravity[good] @ gravity[good])]
+    def add_acceleration(self, logged: Array, derived: Array, gravity: Array) -> None:
+        """Logged and derived acceleration, and gravity on the same axis, m/s²."""
+        good = np.isfinite(logged)
+        logged, derived, gravity = logged[good], derived[good], gravity[good]
+        self.leak += [float((logged - derived) @ gravity), float(gravity @ gravity)]
+        self.rates += [float(logged @ derived), float(logged @ logged), float(derived @ derived)]
 
     @property
     def interval(self) -> float:
@@ -360,6 +368,17 @@ class Checks:
                 "in addition to the change of velocity: they seem to contain gravity"
             )
             yield Finding("gravity", "ax", self.kept, text)
+        # Noise of what is logged makes this factor smaller than 1, never larger.
+        both, logged, derived = self.rates
+        factor = both / logged if logged > 0.0 else 0.0
+        if factor > OTHER_UNIT_FACTOR and both > CLEAR_ERRORS * math.sqrt(
+            logged * derived / self.kept
+        ):
+            text = (
+                f"ax, ay: the velocity changes {factor:.2g} times as fast; in g perhaps "
+                '(a mapping file says so with unit = "standard_gravity")'
+            )
+            yield Finding("unit", "ax", self.kept, text)
 
 
 def _bin_of(interval: Array | float) -> Integers:

@@ -206,7 +206,10 @@ def _constant(where: str, quantity: str, entry: Any) -> float | str:
 def _known(where: str, quantity: Any) -> None:
     if not isinstance(quantity, str) or not is_quantity(quantity):
         problem = f"no such quantity{suggestion(quantity, UNITS)}"
-        raise LogError(where, problem, value=quantity, accepted=", ".join(sorted(UNITS)))
+        accepted = ", ".join(sorted(UNITS))
+        if is_wheel_speed(quantity):
+            accepted = "wheel speeds in joulepath logs join, which makes vx, vy and wz of them"
+        raise LogError(where, problem, value=quantity, accepted=accepted)
 
 
 def _conversion(where: str, quantity: Any, unit: Any) -> tuple[float, float]:

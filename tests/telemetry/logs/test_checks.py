@@ -224,3 +224,21 @@ def test_gravity_in_the_logged_acceleration_is_noticed(tmp_path: Path) -> None:
     assert "gravity" not in {f.kind for f in Telemetry.read(written(tmp_path, clean)).report}
     raw = clean | {"ax": clean["ax"] - STANDARD_GRAVITY * np.sin(pitch)}
     assert "gravity" in {f.kind for f in Telemetry.read(written(tmp_path, raw)).report}
+
+
+def test_acceleration_in_g_is_noticed_and_noise_is_not_taken_for_it(tmp_path: Path) -> None:
+    rng = np.random.default_rng(3)
+    columns = table(600, runs=1)
+    time, noise = columns["time"], rng.standard_normal(600)
+    columns |= {"vx": 0.4 * np.sin(time), "vy": np.zeros(600), "wz": np.zeros(600)}
+    true = 0.4 * np.cos(time)
+
+    def noticed(**changes: Any) -> bool:
+        return ("unit", "ax") in kinds(Telemetry.read(written(tmp_path, columns | changes)))
+
+    assert noticed(ax=true / STANDARD_GRAVITY)
+    assert not noticed(ax=true)
+    # Noise of the accelerometer, of the odometry, and of a sensor that shows nothing else.
+    assert not noticed(ax=true + noise)
+    assert not noticed(ax=true, vx=columns["vx"] + 0.1 * noise)
+    assert not noticed(ax=0.001 * noise)

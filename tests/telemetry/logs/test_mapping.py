@@ -87,3 +87,9 @@ def test_a_bad_mapping_is_one_clear_sentence(tmp_path: Path, name: str) -> None:
     with pytest.raises(LogError, match=r"map\.toml.*; accepted: ") as caught:
         Telemetry.read(written(tmp_path, table()), tmp_path / "map.toml")
     assert "\n" not in str(caught.value)
+
+
+def test_wheel_speeds_in_a_mapping_are_sent_to_join(tmp_path: Path) -> None:
+    columns = {"vx": {"quantity": "wheel_speed_1", "unit": "rpm"}}
+    with pytest.raises(LogError, match=r"columns\.vx: no such quantity.*joulepath logs join"):
+        Telemetry.read(written(tmp_path, table()), {"columns": columns})
