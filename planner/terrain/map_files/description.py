@@ -21,6 +21,12 @@ NOISE_SLOPE = 5.0
 """Degrees between neighbours below which such errors harm no route: a ramp's."""
 
 
+ENOUGH_CELLS = 1_000_000
+"""Cells of which the noise shows; of a larger map some of its lines are looked at."""
+WIDEST_WALL = 1.0
+"""m; a floor plan with larger cells has no walls, and its resolution is perhaps in mm."""
+
+
 def describe_map(terrain: Terrain) -> dict[str, Any]:
     """Figures of a map, ready for JSON.
 
@@ -46,6 +52,9 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
     found = {
         f"heights differ by {relief:.4g} m on a map {least:.4g} m wide; perhaps they are in mm, cm "
         "or gray steps": relief > least,
+        f"a floor plan with cells of {max(dx, dy):g} m; its resolution is in m a pixel": (
+            max(dx, dy) > WIDEST_WALL and relief == 0.0 and bool(terrain.obstacles.any())
+        ),
         "heights jump from cell to cell without a slope that lasts: noise of a sensor, which makes "
         "ledges and drag; smooth them over some cells first": _noisy(terrain, ground),
     }
@@ -77,11 +86,14 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
 def _noisy(terrain: Terrain, ground: Mask) -> bool:
     """Whether neighbours differ as much as heights two cells apart, and much for their distance."""
     jumps: dict[int, list[Array]] = {1: [], 2: []}
+    every = 1 + terrain.heights.size // ENOUGH_CELLS
     slopes = []
     for heights, known, size in (
         (terrain.heights, ground, terrain.cell[1]),
         (terrain.heights.T, ground.T, terrain.cell[0]),
     ):
+        # Lines apart from each other: the neighbours along a line stay neighbours.
+        heights, known = heights[:, ::every], known[:, ::every]
         for lag, squares in jumps.items():
             both = known[lag:] & known[:-lag]
             squares.append((heights[lag:] - heights[:-lag])[both] ** 2)
