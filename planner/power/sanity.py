@@ -171,7 +171,10 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
     rims = vehicle.layout.radius * np.abs([np.cos(rolling), np.sin(rolling)])
     along, across = (np.abs(vehicle.layout.table[:, :2]).T + rims).max(axis=1)
     floor_load = vehicle.mass / (vehicle.length * vehicle.width)
+    # Causes come before what follows from them: a refusal quotes the first.
     findings = {
+        f"drive.gear_ratio: {vehicle.gear_ratio:g} revolutions of the motor for one of the wheel; "
+        f"is it {1.0 / vehicle.gear_ratio:.4g}?": vehicle.gear_ratio < 1.0,
         f"body.mass: {vehicle.mass:g} kg on {vehicle.length:g} by {vehicle.width:g} m is "
         f"{floor_load:,.0f} kg/m²; usual are 5 to 3,000": not 5.0 <= floor_load <= 3000.0,
         "drive.resistance, drive.torque_constant: "
@@ -201,8 +204,6 @@ def _oddities(model: PowerModel, level: Motion, up: Motion) -> list[str]:
         f"body.width: {vehicle.width:g} m, but the wheels end {across:.3g} m from the centre": (
             2.0 * across > ROUNDED_UP * vehicle.width
         ),
-        f"drive.gear_ratio: {vehicle.gear_ratio:g} revolutions of the motor for one of the wheel; "
-        f"is it {1.0 / vehicle.gear_ratio:.4g}?": vehicle.gear_ratio < 1.0,
         "limits.continuous_torque: not given, so that motors climb however hot they get; "
         f"{up.winding_w:.0f} W of {up.power_w:.0f} W heat the windings {BUILDING_SLOPE:g}° up": (
             math.isinf(limits.continuous_torque) and _hot(up) and not _hot(level)

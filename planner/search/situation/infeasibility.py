@@ -15,6 +15,7 @@ from planner.arrays import Array
 from planner.errors import RequestError
 from planner.power.limits import LIMIT_NAMES, broken_limit
 from planner.power.motion_row import set_motion
+from planner.power.sanity import oddities
 from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
@@ -131,12 +132,13 @@ def check_hold(
             return
     # With a fitting yaw this slope can be driven in every direction.
     least = float(field.limit[kind, : DIRECTIONS // 2].min()) * field.margin
+    odd = "".join(f"; odd in the vehicle's file: {said}" for said in oddities(conditions.model)[:1])
     raise RequestError(
         name,
         f"the slope of {math.degrees(math.atan(math.hypot(px, py))):.1f}° there cannot be held: "
         f"{LIMIT_NAMES[broken]}",
         value=(pose.x, pose.y),
-        accepted=f"a slope of at most {math.degrees(math.atan(max(least, 0.0))):.1f}°",
+        accepted=f"a slope of at most {math.degrees(math.atan(max(least, 0.0))):.1f}°{odd}",
     )
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from planner import plan_route
 from planner.errors import Cancelled, InputError, RequestError, VehicleError
+from planner.power.vehicles import load_vehicle
 from planner.terrain.obstacles import rectangle_free
 from tests.search.maps import drawn, terrain
 
@@ -240,6 +242,17 @@ def test_a_slope_that_cannot_be_held_is_refused():
     heights = np.tile(math.tan(math.radians(30.0)) * x, (60, 1))
     with pytest.raises(RequestError, match=r"start: the slope of 30\.0° .* cannot be held"):
         plan_route(terrain=terrain(heights), start={"x": 7, "y": 7}, goal={"x": 9, "y": 7})
+
+
+def test_a_refusal_says_what_is_odd_in_the_vehicle():
+    """With an inverted gear no slope is held, and the slope is not what to look at."""
+    x = 0.25 * np.arange(60)
+    heights = np.tile(math.tan(math.radians(5.0)) * x, (60, 1))
+    inverted = replace(load_vehicle("minibalance"), gear_ratio=1.0 / 26.85)
+    with pytest.raises(
+        RequestError, match=r"be held.*file: drive\.gear_ratio.*is it 26\.85"
+    ):
+        plan_route(terrain=terrain(heights), vehicle=inverted, start=(7, 7), goal=(9, 7))
 
 
 def test_hole_under_the_start_is_refused():
