@@ -134,6 +134,11 @@ ODD: dict[str, tuple[Callable[[Path], Path], tuple[str, str], int]] = {
     "unknown column": (changed(Roll=np.zeros(60)), ("not used", "Roll"), 60),
     "byte-order mark": (as_bytes(b"\xef\xbb\xbf" + SOUND.encode()), ("format", ""), 60),
     "semicolons and commas": (as_bytes(text(table(), ";", ",").encode()), ("format", ""), 60),
+    "separator line of Excel": (
+        as_bytes(b"sep=;\n" + SOUND.replace(",", ";").encode()),
+        ("format", ""),
+        60,
+    ),
     "comments above": (as_bytes(b"# robot 7\n# yard\n" + SOUND.encode()), ("format", ""), 60),
     "tabs": (as_bytes(text(table(), "\t").encode()), ("format", ""), 60),
     "gzip": (as_bytes(gzip.compress(SOUND.encode()), "log.csv.gz"), ("format", ""), 60),

@@ -135,7 +135,11 @@ def _open_csv(path: Path, *, gzipped: bool) -> LogFile:
     try:
         with opener(path, "rb") as file:
             header, comments = file.readline(LONGEST_HEADER), 0
-            while header.lstrip(b"\xef\xbb\xbf").startswith(b"#") and comments < MOST_COMMENTS:
+            # Excel writes a line sep=; to itself.
+            while (
+                header.lstrip(b"\xef\xbb\xbf").startswith((b"#", b"sep="))
+                and comments < MOST_COMMENTS
+            ):
                 header, comments = file.readline(LONGEST_HEADER), comments + 1
             sample = file.read(_SAMPLE_BYTES)
     except (OSError, EOFError) as error:

@@ -249,9 +249,7 @@ def test_a_refusal_says_what_is_odd_in_the_vehicle():
     x = 0.25 * np.arange(60)
     heights = np.tile(math.tan(math.radians(5.0)) * x, (60, 1))
     inverted = replace(load_vehicle("minibalance"), gear_ratio=1.0 / 26.85)
-    with pytest.raises(
-        RequestError, match=r"be held.*file: drive\.gear_ratio.*is it 26\.85"
-    ):
+    with pytest.raises(RequestError, match=r"be held.*file: drive\.gear_ratio.*is it 26\.85"):
         plan_route(terrain=terrain(heights), vehicle=inverted, start=(7, 7), goal=(9, 7))
 
 
