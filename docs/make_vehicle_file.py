@@ -76,6 +76,8 @@ that all rotors act like the robot's mass |
 | `battery.voltage` | nominal voltage of the motor, where `motor` names one |
 | `limits.voltage` | {DUTY:g}·`battery.voltage`, where that is given or follows from the motor |
 | `battery.capacity` | charge·`battery.voltage`, where it is given in Ah |
+| `open_circuit_voltage`, `internal_resistance` of `battery_sag` | \
+`battery.voltage`, `battery.resistance` |
 
 A key that the file gives is never derived. `joulepath vehicles check` and the answer to a request
 list derived values and defaults.

@@ -33,6 +33,12 @@ from planner.power.vehicles.vehicle_keys import (
 from planner.reading import finite_number
 from planner.units import conversion
 
+_OF_THE_BATTERY = {
+    "voltage": ("battery_sag", "open_circuit_voltage"),
+    "resistance": ("battery_sag", "internal_resistance"),
+}
+"""Effect and parameter that a key of [battery] also gives."""
+
 
 class VehicleReader:
     """Reads one document: first every given value into SI, then what follows from them."""
@@ -307,6 +313,12 @@ class VehicleReader:
                 value = key.default
             slug, name = key.effect
             self.parameters.setdefault(slug, {})[name] = value
+        battery = self.si["battery"]
+        for own, (slug, name) in _OF_THE_BATTERY.items():
+            if own in battery:
+                low, high = all_effects()[slug].parameters[name].bounds
+                self.parameters.setdefault(slug, {})[name] = min(max(battery[own], low), high)
+                self.derived[f"effects.{slug}.{name}"] = f"battery.{own}"
 
     def _effects(self, wheels: int) -> tuple[str, ...]:
         effects = dict(self._table("effects"))
@@ -323,6 +335,7 @@ class VehicleReader:
                 self.parameters.setdefault(slug, {})[key] = self._effect_value(
                     f"effects.{slug}.{key}", raw, declared[key], wheels
                 )
+                self.derived.pop(f"effects.{slug}.{key}", None)
         wrong = named
         if isinstance(named, list):
             wrong = [n for n in named if not isinstance(n, str) or n not in catalogue]
@@ -337,7 +350,7 @@ class VehicleReader:
         for slug in (slug for slug in active if slug in candidates):
             for name, own in catalogue[slug].parameters.items():
                 # At its null value a parameter adds nothing, so that nothing is assumed.
-                if name not in effects.get(slug, {}) and own.default != own.null:
+                if name not in self.parameters.get(slug, {}) and own.default != own.null:
                     self.defaults.append(f"effects.{slug}.{name}")
         return active
 

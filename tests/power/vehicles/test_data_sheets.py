@@ -6,10 +6,12 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from planner.errors import VehicleError
 from planner.power.model import PowerModel
+from planner.power.rows import rows_from
 from planner.power.vehicles.derived import DUTY
 from planner.power.vehicles.motors import read_motors
 from planner.power.vehicles.vehicle import Vehicle
@@ -288,3 +290,24 @@ def test_one_sentence_for_what_is_wrong(
     assert "\n" not in sentence
     for word in ("robot.toml", "accepted:", *words):
         assert word in sentence
+
+
+def test_the_battery_of_the_file_is_the_one_that_sags(tmp_path: Path) -> None:
+    """Half of the voltage is four times the loss; it was that of a 24 V pack for all."""
+    resistance = "voltage = 24.0\nresistance = 0.2"
+    text = IN_SI.replace("voltage = 24.0", resistance) + '[effects]\nactive = ["battery_sag"]\n'
+    rows = rows_from(vx=np.array([1.0]))
+
+    def lost(text: str) -> float:
+        model = PowerModel.from_vehicle(load(tmp_path, text))
+        plain = PowerModel.from_vehicle(load(tmp_path, text.replace('["battery_sag"]', "[]")))
+        return float((model.watts(rows) - plain.watts(rows))[0])
+
+    watts = float(PowerModel.from_vehicle(load(tmp_path, IN_SI)).watts(rows)[0])
+    assert lost(text) == pytest.approx(0.2 * (watts / 24.0) ** 2, rel=0.03)
+    assert lost(text.replace("24.0", "96.0")) == pytest.approx(0.2 * (watts / 96.0) ** 2, rel=0.03)
+    said = PowerModel.from_vehicle(load(tmp_path, text)).defaults_in_words()
+    assert "effects.battery_sag.internal_resistance = 0.2 Ω (battery.resistance)" in said
+    # What the effect's own table says comes first.
+    own = text + "[effects.battery_sag]\ninternal_resistance = 0.0\n"
+    assert lost(own) == 0.0
