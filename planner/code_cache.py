@@ -112,7 +112,15 @@ def state() -> str:
 
 @cache
 def _sources() -> Sources:
-    return Sources(Path(__file__).parent, cache_base() / "compiled" / "sources.json")
+    package = Path(__file__).parent
+    # One file for each checkout: all of it is read at every start.
+    checkout = hashlib.sha256(str(package).encode()).hexdigest()[:20]
+    folder = cache_base() / "compiled" / "sources" / checkout
+    with suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        os.utime(folder)
+        _forget_old(folder.parent)
+    return Sources(package, folder / "read.json")
 
 
 def _forget_old(folders: Path) -> None:

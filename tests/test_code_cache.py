@@ -4,6 +4,7 @@ import ast
 import gc
 import inspect
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -44,6 +45,29 @@ def test_old_code_of_other_content_goes_and_new_stays(tmp_path: Path) -> None:
     assert code_folder("planner.terrain.interpolation") is not None
     assert not (of_module / "old").exists()
     assert (of_module / "new").exists()
+
+
+def test_what_was_read_of_another_checkout_is_not_read_again(tmp_path: Path) -> None:
+    """A machine's checkouts come and go; a start takes no longer for them."""
+    sources = tmp_path / "cache" / "compiled" / "sources"
+    program = "from planner.code_cache import content_key; content_key('planner.errors')"
+    here, package = Path(__file__).parent.parent, tmp_path / "there" / "planner"
+    package.mkdir(parents=True)
+    for name in ("__init__.py", "code_cache.py", "errors.py", "shown.py"):
+        shutil.copy(here / "planner" / name, package)
+
+    def kept_of(checkout: Path) -> Path:
+        subprocess.run([sys.executable, "-c", program], cwd=checkout, check=True)
+        texts = {file: file.read_text("utf-8") for file in sources.glob("*/*.json")}
+        (own,) = (file for file, text in texts.items() if str(checkout / "planner") in text)
+        assert not any(str(here) in text and str(package) in text for text in texts.values())
+        return own
+
+    old = kept_of(package.parent).parent
+    long_ago = time.time() - 2.0 * KEPT_SECONDS
+    os.utime(old, (long_ago, long_ago))
+    assert kept_of(here).parent != old
+    assert not old.exists()
 
 
 def test_a_generated_kernel_is_kept_by_its_name() -> None:
