@@ -18,7 +18,9 @@ from functools import lru_cache
 from os import PathLike
 from typing import Any
 
-from planner.amounts import joules
+import numpy as np
+
+from planner.amounts import joules, seconds
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
@@ -117,7 +119,7 @@ def _plan(run: Run) -> Answer:
         routes = tuple(route for route in routes if route.duration_s <= latest)
     routes, how, note = with_bounds(run, routes)
     notes += [note] if note else []
-    notes += _assumed_of(best, run.conditions.model)
+    notes += [*_assumed_of(best, run.conditions.model), *_rests_of(best)]
     summary = replace(summary, **how)
     every = request.poses_every_s
     if every is not None:
@@ -151,6 +153,21 @@ def _assumed_of(route: Route, model: PowerModel) -> list[str]:
     return [
         f"{joules(back)} of braking flow back to the source and count in full, as the model has "
         "no regeneration_limit"
+    ]
+
+
+def _rests_of(route: Route) -> list[str]:
+    """What a user ought to know of rests: standing still may look like a failure."""
+    motion = route.motion
+    steps = () if motion is None else motion.rests
+    if motion is None or not len(steps):
+        return []
+    longest = steps[np.diff(motion.time)[steps].argmax()]
+    whole = float(np.diff(motion.time)[steps].sum())
+    count = "rests once" if len(steps) == 1 else f"rests {len(steps)} times"
+    where = f"x {motion.x[longest]:.2f}, y {motion.y[longest]:.2f}"
+    return [
+        f"the robot {count} for its motors to cool, {seconds(whole)} in all, longest at {where}"
     ]
 
 

@@ -21,7 +21,7 @@ from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
 from planner.search.resolution import LEVELS, MORE_LEVELS, OBJECTIVES, SLOWEST
-from planner.search.trajectory.limit_checks import overheated
+from planner.search.trajectory.heat import overheated, rested
 from planner.search.trajectory.motion import (
     Motion,
     assemble,
@@ -100,7 +100,8 @@ def move(
     """
     motion = _move(field, conditions, legs, yaws, objective, care, checked, check)
     if checked and isinstance(motion, Motion):
-        return overheated(field, conditions, motion) or motion
+        too_warm = overheated(field, conditions, motion)
+        return motion if too_warm is None else rested(field, conditions, motion) or too_warm
     return motion
 
 

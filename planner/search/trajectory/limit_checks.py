@@ -2,7 +2,6 @@
 
     broken = broken_limits(field, conditions, motion)        # samples, fifteen a cell or more
     ease(broken, motion, track, fastest, hardest)        # caps for another speed profile
-    overheated(field, conditions, motion)                # Infeasible where a motor gets too warm
 
 The yaw and speed profiles look at few points of every step. Ground between them may be steeper, and
 at the faster end of a ramp a motor needs more voltage.
@@ -19,12 +18,12 @@ from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
-from planner.power.limits import LIMIT_NAMES, broken_in_results, gear_torques, rms_torques
+from planner.power.limits import LIMIT_NAMES, broken_in_results
 from planner.quantities import INDEX, STANDARD_GRAVITY
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
-from planner.search.trajectory.motion import Motion, metres, motion_rows, pieces_of, place_at
+from planner.search.trajectory.motion import Motion, metres, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
 
 FINENESS, FINEST = 0.2, 0.05
@@ -304,38 +303,6 @@ def _numbers(found: Any, limits: Any) -> Any:
     for k in range(found.shape[0]):
         numbers[k] = broken_in_results(found[k], limits)
     return numbers
-
-
-def overheated(
-    field: CostField, conditions: OperatingConditions, motion: Motion
-) -> Infeasible | None:
-    """Where and when a motor's root mean square torque is largest, if that is too much."""
-    allowed = conditions.model.vehicle.limits.continuous_torque
-    pieces = coarse_pieces(field, motion)
-    row_inputs = field, motion, conditions.class_rows, conditions.wind
-    rows, seconds, owner = motion_rows(*row_inputs, pieces)
-    largest = conditions.model.power_and_limits(rows)[:, 4]
-    thermal_time = conditions.model.vehicle.limits.thermal_time
-    # The most loaded motor of every moment bounds each of them.
-    if not (rms_torques(largest, seconds, thermal_time) > allowed).any():
-        return None
-    warming = np.zeros(len(pieces), np.bool_)
-    warming[owner[largest > allowed]] = True
-    pieces = np.where(warming, fine_pieces(field, motion), pieces)
-    rows, seconds, owner = motion_rows(*row_inputs, pieces)
-    rms = rms_torques(gear_torques(conditions.model, rows), seconds, thermal_time).max(axis=1)
-    k = int(rms.argmax())
-    if rms[k] <= allowed:
-        return None
-    x, y = place_at(motion, int(owner[k]), float(np.cumsum(seconds)[k]))
-    return Infeasible(
-        x,
-        y,
-        f"motors give {rms[k] / allowed:.2f} times their continuous torque over {thermal_time:g} s",
-        limit="torque rms",
-        value=float(rms[k]),
-        allowed=allowed,
-    )
 
 
 def ease(

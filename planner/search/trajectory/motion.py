@@ -68,6 +68,12 @@ class Motion:
         """Values (samples,) where the motion is nearest to each point of its path (k, 2)."""
         return np.asarray(read_along(self.x, self.y, values, path, metres(*path.T)), float)
 
+    @property
+    def rests(self) -> NDArray[np.int64]:
+        """Steps on which the robot neither drives nor turns, so that its motors cool."""
+        still = (np.diff(self.x) == 0.0) & (np.diff(self.y) == 0.0) & (np.diff(self.yaw) == 0.0)
+        return np.flatnonzero(still & (self.speed[1:] == 0.0))
+
 
 def metres(x: Array, y: Array) -> Array:
     """(n,) m from the first sample, horizontal."""

@@ -27,6 +27,7 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import B1, EAGER, F1, F2, F3, I1, MODEL_ARRAYS, tuple_type
 from planner.search.resolution import CREEP, LEVELS, SLOWEST
+from planner.search.trajectory.heat import overheated
 from planner.search.trajectory.limit_checks import (
     NEAR_A_LIMIT,
     ROUNDING,
@@ -34,7 +35,6 @@ from planner.search.trajectory.limit_checks import (
     broken_limits,
     coarse_pieces,
     limit_shares,
-    overheated,
 )
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.refinement.driven_samples import SAMPLED_CELLS

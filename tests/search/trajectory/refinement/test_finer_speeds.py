@@ -13,7 +13,8 @@ from planner.power.vehicles import load_vehicle
 from planner.search.requests import PlanRequest
 from planner.search.situation import situation_of
 from planner.search.trajectory import drive
-from planner.search.trajectory.limit_checks import Broken, broken_limits, overheated
+from planner.search.trajectory.heat import overheated
+from planner.search.trajectory.limit_checks import Broken, broken_limits
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.refinement import finer_speeds, rounds
 from tests.power.states import changed
