@@ -31,10 +31,18 @@ SLOWER = 0.85
 LITTLE = 0.1
 """Share of a state that a body turns on a steep step at most without a look at both ends. Rollers
 of a body that turns may change the side to which they roll there, and their drag its sign."""
+MUCH = 4.0
+"""States that a body turns on a steep step from which it is looked at between middle and ends, too:
+the angles there may hold, and those between them break a limit. Looks are two states apart then."""
 HOT = 1.0
 """Share by which a step counts more whose squared torque is twice that of the continuous one, where
 slopes last: motors get too warm over many such steps, and any yaw that spares them comes first."""
-_MIDDLE, _STEEPEST, _LATE, _EARLY = range(4)
+_MIDDLE, _STEEPEST, _LATE, _EARLY, _LATER, _EARLIER = range(6)
+"""Looks at a step; they are taken from the last to the first."""
+_OFF = np.array([0.0, 0.0, OFF_MIDDLE, -OFF_MIDDLE, 0.5 * OFF_MIDDLE, -0.5 * OFF_MIDDLE])
+"""Shares of the turn beyond the middle at which each look is taken."""
+_SLOPES = np.array([0, 2, 4, 6, 2, 2])
+"""Columns of a step's slopes for each look."""
 _SLOWED = np.append(SLOWER ** np.arange(TRIES), SLOPE_SPEED)
 _VOLTAGE = LIMIT_NAMES.index("voltage")
 _TORQUE = 1 + list(LIMITS).index("motor_torque")
@@ -51,7 +59,7 @@ def step_costs(
     """Cost of steps, (n,) into ``costs``; infinity where one is impossible.
 
     Limits hold in a step's middle, and on a steep one where it is steepest; where the body turns,
-    at both ends as well.
+    at both ends as well, and where it turns much, between.
 
     Args:
         kernel: ``limits_kernel`` of the power model.
@@ -78,8 +86,11 @@ def step_costs(
     ux, uy = np.cos(directions), np.sin(directions)
     placed = np.empty(BLOCK, np.int64)
     for n in range(count):
-        turns = abs(moves[n, 2]) > LITTLE * WIDTH
-        look[n] = _MIDDLE if not steep[at[n]] else _EARLY if turns else _STEEPEST
+        turn = abs(moves[n, 2])
+        look[n] = _MIDDLE
+        if steep[at[n]]:
+            look[n] = _EARLY if turn > LITTLE * WIDTH else _STEEPEST
+            look[n] = _EARLIER if turn > MUCH * WIDTH else look[n]
         costs[n] = np.inf
     while count:
         left = 0
@@ -89,10 +100,9 @@ def step_costs(
             while start < count and size < BLOCK:
                 n = waiting[start]
                 start += 1
-                j, k = at[n], 2 * look[n]
-                yaw, turn = moves[n, 0], moves[n, 2]
-                if look[n] >= _LATE:
-                    yaw += OFF_MIDDLE * (turn if look[n] == _LATE else -turn)
+                j, k = at[n], _SLOPES[look[n]]
+                turn = moves[n, 2]
+                yaw = moves[n, 0] + _OFF[look[n]] * turn
                 c, s = math.cos(yaw), math.sin(yaw)
                 vx, vy, gx, gy, gn, stretch = motion_on_plane(
                     slopes[j, k], slopes[j, k + 1], c, s, ux[j], uy[j]
@@ -102,7 +112,7 @@ def step_costs(
                     fastest[n] = min(fastest[n], limits[6] * surface[size] / abs(turn))
                     if fastest[n] < 1.1 * SLOWEST * limits[0]:
                         continue
-                # At the ends, what no slowness mends counts: a bend may help a fast robot.
+                # Off the middle, what no slowness mends counts: a bend may help a fast robot.
                 bend = curvatures[j] if steep[j] and look[n] < _LATE else 0.0
                 if tries[n] == 0 and bend != 0.0:
                     fastest[n] = min(fastest[n], math.sqrt(limits[7] / abs(bend)))

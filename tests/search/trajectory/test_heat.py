@@ -111,7 +111,7 @@ def test_without_its_rest_or_with_half_of_it_the_motion_is_too_warm(cooled, case
 
 
 def test_a_rest_takes_no_more_than_its_idle_power_and_its_start(cooled) -> None:
-    answer, motion = cooled
+    answer, _ = cooled
     free = planned(1000.0).routes[0]
     assert free.motion is not None
     assert not len(free.motion.rests)

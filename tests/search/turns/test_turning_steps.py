@@ -15,7 +15,7 @@ from planner.search.kernel_arguments import Steps
 from planner.search.requests import SituationRequest
 from planner.search.resolution import SLOPE_SPEED, SLOWEST, STILL, WIDTH
 from planner.search.situation import situation_of
-from planner.search.turns.turning_steps import LITTLE, SLOWER, TRIES, step_costs
+from planner.search.turns.turning_steps import LITTLE, MUCH, SLOWER, TRIES, step_costs
 from tests.search.maps import terrain
 
 
@@ -40,6 +40,9 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
     if steep and abs(turn) > LITTLE * WIDTH:
         early, late = middle - turn / 2.0, middle + turn / 2.0
         looks = [(slope[6:], early, False), (slope[4:6], late, False), *looks]
+    if steep and abs(turn) > MUCH * WIDTH:
+        quarters = middle - turn / 4.0, middle + turn / 4.0
+        looks = [*((slope[2:4], yaw, False) for yaw in quarters), *looks]
     for place, yaw, bends in looks:
         sideways = bend if bends else 0.0
         if sideways:
@@ -82,7 +85,7 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
         [
             random.uniform(-math.pi, math.pi, moves),
             random.uniform(0.05, 0.5, moves),
-            random.choice([0.0, 0.05, 0.4], moves),
+            random.choice([0.0, 0.05, 0.3, 0.8], moves),
         ]
     )
     costs = np.empty(moves)
@@ -101,14 +104,16 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
     np.testing.assert_allclose(costs, expected, rtol=1e-12)
 
 
-def one_step(conditions, slope: float, curvature: float, turn: float, yaw: float) -> float:
-    """Cost of a steep step of 0.2 m along x, where the ground rises to the left."""
+def one_step(
+    conditions, slope: float, curvature: float, turn: float, yaw: float, length: float = 0.2
+) -> float:
+    """Cost of a steep step of so many m along x, where the ground rises to the left."""
     gradients = np.tile([0.0, slope], 4)[None]
     track = Steps(
         *(np.zeros(1), np.ones(1), np.array([curvature]), gradients),
         *(np.ones(1, bool), np.zeros(1, np.int64)),
     )
-    costs, moves = np.empty(1), np.array([[yaw, 0.2, turn]])
+    costs, moves = np.empty(1), np.array([[yaw, length, turn]])
     kernel, arrays = conditions.model.limits_kernel, conditions.arrays
     step_costs(kernel, arrays, 0, track, np.zeros(1, np.int64), moves, costs)
     return float(costs[0])
@@ -173,3 +178,23 @@ def test_power_and_limits_are_those_of_the_account(conditions) -> None:
     accounts, _ = conditions.model.evaluate(rows)
     columns = [0, *(ACCOUNT.index(name) for name in LIMITS)]
     np.testing.assert_array_equal(conditions.model.power_and_limits(rows), accounts[:, columns])
+
+
+def test_a_turn_through_angles_that_break_a_limit_is_impossible(conditions) -> None:
+    """Middle and ends of a turn may keep to the limits, and what lies between them not."""
+    found = 0
+    for slope in np.tan(np.radians(np.arange(10.0, 24.0, 0.5))):
+        alone = {
+            k: one_step(conditions, slope, 0.0, 0.0, math.radians(5.0 * k)) for k in range(-36, 73)
+        }
+        for k in range(-24, 49):
+            for part in (3, 4, 5):
+                between = alone[k - part], alone[k + part]
+                outer = alone[k - 2 * part], alone[k], alone[k + 2 * part]
+                if np.isfinite(outer).all() and np.isinf(between).any():
+                    turn = math.radians(20.0 * part)
+                    # So slowly that turning itself breaks no limit.
+                    cost = one_step(conditions, slope, 0.0, turn, math.radians(5.0 * k), 5.0)
+                    found += 1
+                    assert math.isinf(cost)
+    assert found > 0, "nothing is tested"
