@@ -26,7 +26,7 @@ from planner.search.trajectory.motion import Motion, motion_rows, place_at
 
 MOST_RESTS = 24
 """Rests in one motion at most. With more, a motion counts as too warm."""
-LOOKED_AHEAD = 0.5
+FORESEEN = 0.5
 """Share of the thermal time after the first warm place, for which one rest has to suffice."""
 BRAKING = (0.8, 0.4, 0.2)
 """Shares of the largest acceleration by which the robot stops and starts, tried in turn."""
@@ -36,7 +36,7 @@ LONGER, LENGTHENED = 1.3, 8
 """Factor on a rest that was too short, and times at most: stopping and starting take torque."""
 SHORTEST = 0.5
 """s, the shortest rest."""
-RESERVE = 5e-4
+COOL_RESERVE = 5e-4
 """Share of the continuous torque that rests leave: a route's limits are read at other samples."""
 
 
@@ -134,9 +134,9 @@ def _with_a_rest(
     """
     limits = conditions.model.vehicle.limits
     time, warm = np.cumsum(warmth.seconds), np.flatnonzero(_warm(conditions, warmth))
-    near = warm[time[warm] <= time[warm[0]] + LOOKED_AHEAD * limits.thermal_time]
+    near = warm[time[warm] <= time[warm[0]] + FORESEEN * limits.thermal_time]
     at = int(near[warmth.rms[near].argmax()])
-    allowed = (1.0 - RESERVE) * limits.continuous_torque
+    allowed = (1.0 - COOL_RESERVE) * limits.continuous_torque
     needed = _least_rest(warmth, at, allowed, limits.thermal_time)
     earliest = time[at] - limits.thermal_time + needed
     places = np.flatnonzero((motion.time > earliest) & (motion.time < time[warm[0]]))
@@ -155,7 +155,10 @@ def _with_a_rest(
         for number in range(LENGTHENED):
             cooler = _resting_at(stopped, place, seconds * LONGER**number)
             now = _warmth(field, conditions, cooler)
-            if now is None or not _warm(conditions, now, 1.0 - RESERVE)[now.owner <= until].any():
+            if (
+                now is None
+                or not _warm(conditions, now, 1.0 - COOL_RESERVE)[now.owner <= until].any()
+            ):
                 return cooler
     return None
 
