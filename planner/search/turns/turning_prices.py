@@ -9,6 +9,8 @@ cost of a stop.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from planner.arrays import Array
@@ -66,7 +68,8 @@ def _turning_costs(conditions: OperatingConditions, objective: int, tightest: fl
     arrays = conditions.arrays._replace(wind=np.zeros(2))
     at = np.zeros(costs.size, np.int64)
     step_costs(
-        conditions.model.limits_kernel, arrays, objective, level, at, moves.reshape(-1, 3), costs
+        *(conditions.model.limits_kernel, arrays, objective, level, at),
+        *(moves.reshape(-1, 3), math.inf, costs),
     )
     table = costs.reshape(STATES, TURNS)
     with np.errstate(invalid="ignore"):  # where even straight on is impossible

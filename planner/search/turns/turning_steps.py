@@ -1,6 +1,6 @@
 """Costs of steps during which the body turns evenly, very many at once.
 
-    step_costs(kernel, arrays, objective, steps, at, moves, costs)
+    step_costs(kernel, arrays, objective, steps, at, moves, much, costs)
 
 The speed profile finds the best speeds afterwards. Here every step is driven at the largest speed,
 or at the next lower one of a few at which no limit is broken.
@@ -31,9 +31,6 @@ SLOWER = 0.85
 LITTLE = 0.1
 """Share of a state that a body turns on a steep step at most without a look at both ends. Rollers
 of a body that turns may change the side to which they roll there, and their drag its sign."""
-MUCH = 4.0
-"""States that a body turns on a steep step from which it is looked at between middle and ends, too:
-the angles there may hold, and those between them break a limit. Looks are two states apart then."""
 HOT = 1.0
 """Share by which a step counts more whose squared torque is twice that of the continuous one, where
 slopes last: motors get too warm over many such steps, and any yaw that spares them comes first."""
@@ -52,9 +49,18 @@ _WIND_X, _WIND_Y = INDEX["wind_x"], INDEX["wind_y"]
 _AX, _AY = INDEX["ax"], INDEX["ay"]
 
 
-@njit(types.void(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, STEPS, I1, F2, F1), **EAGER)
+@njit(
+    types.void(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, STEPS, I1, F2, types.float64, F1), **EAGER
+)
 def step_costs(
-    kernel: Any, arrays: Any, objective: int, steps: Any, at: Any, moves: Any, costs: Any
+    kernel: Any,
+    arrays: Any,
+    objective: int,
+    steps: Any,
+    at: Any,
+    moves: Any,
+    much: float,
+    costs: Any,
 ) -> None:
     """Cost of steps, (n,) into ``costs``; infinity where one is impossible.
 
@@ -68,6 +74,8 @@ def step_costs(
         steps: Steps of a track.
         at: (n,) which of them.
         moves: (n, 3) yaw in the middle in rad, horizontal length in m, turn in rad.
+        much: rad; steps with larger turns are looked at between middle and ends, too: the angles
+            there may hold, and those between them break a limit.
         costs: (n,) written.
     """
     parameters, body, wheels, class_rows, limits, wind = arrays
@@ -90,7 +98,7 @@ def step_costs(
         look[n] = _MIDDLE
         if steep[at[n]]:
             look[n] = _EARLY if turn > LITTLE * WIDTH else _STEEPEST
-            look[n] = _EARLIER if turn > MUCH * WIDTH else look[n]
+            look[n] = _EARLIER if turn > much else look[n]
         costs[n] = np.inf
     while count:
         left = 0

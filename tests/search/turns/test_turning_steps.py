@@ -15,8 +15,11 @@ from planner.search.kernel_arguments import Steps
 from planner.search.requests import SituationRequest
 from planner.search.resolution import SLOPE_SPEED, SLOWEST, STILL, WIDTH
 from planner.search.situation import situation_of
-from planner.search.turns.turning_steps import LITTLE, MUCH, SLOWER, TRIES, step_costs
+from planner.search.turns.turning_steps import LITTLE, SLOWER, TRIES, step_costs
 from tests.search.maps import terrain
+
+CLOSER = 0.35
+"""rad, turns from which steps are looked at between middle and ends, too."""
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +43,7 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
     if steep and abs(turn) > LITTLE * WIDTH:
         early, late = middle - turn / 2.0, middle + turn / 2.0
         looks = [(slope[6:], early, False), (slope[4:6], late, False), *looks]
-    if steep and abs(turn) > MUCH * WIDTH:
+    if steep and abs(turn) > CLOSER:
         quarters = middle - turn / 4.0, middle + turn / 4.0
         looks = [*((slope[2:4], yaw, False) for yaw in quarters), *looks]
     for place, yaw, bends in looks:
@@ -90,9 +93,8 @@ def test_steps_cost_what_single_rows_say(conditions, objective) -> None:
     )
     costs = np.empty(moves)
     track = Steps(directions, np.ones(steps), bends, slopes, steep, ground)
-    step_costs(
-        conditions.model.limits_kernel, conditions.arrays, objective, track, at, asked, costs
-    )
+    kernel, arrays = conditions.model.limits_kernel, conditions.arrays
+    step_costs(kernel, arrays, objective, track, at, asked, CLOSER, costs)
     expected = [
         one_by_one(
             *(conditions, objective, directions[j], bends[j]),
@@ -115,7 +117,7 @@ def one_step(
     )
     costs, moves = np.empty(1), np.array([[yaw, length, turn]])
     kernel, arrays = conditions.model.limits_kernel, conditions.arrays
-    step_costs(kernel, arrays, 0, track, np.zeros(1, np.int64), moves, costs)
+    step_costs(kernel, arrays, 0, track, np.zeros(1, np.int64), moves, CLOSER, costs)
     return float(costs[0])
 
 

@@ -38,6 +38,10 @@ LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""
 MOST_ROUNDS = 20 * LAZY_ROUNDS
 """Rounds at most, so that the loop ends."""
+MUCH, ROUGHLY_BESIDE = 4.0, 1
+"""States that a body turns on a step from which it is looked at more closely, and states beside the
+best path up to which a search is a rough one: that leaves it out. Looks are two states apart then.
+"""
 SAME_COST = 1e-9
 """J or s by which a state's cost may differ from that of the round before and count as the same."""
 
@@ -203,6 +207,8 @@ def best_states(
     """
     count = waypoints.at.shape[0]
     last = count - 1
+    # A rough motion may turn through what a close one may not.
+    much = MUCH * WIDTH if beside > ROUGHLY_BESIDE else np.inf
     reached = Reached(
         np.empty(count),
         np.empty((count, STATES)),
@@ -251,7 +257,7 @@ def best_states(
             conditions, steps.lengths, waypoints, pieces, states, far, np.int64(most)
         )
         costs = np.empty(asked.shape[0])
-        step_costs(kernel, arrays, objective, steps, asked, moves, costs)
+        step_costs(kernel, arrays, objective, steps, asked, moves, much, costs)
         # Prices have single precision: sums are rounded once.
         n = 0
         while n < costs.shape[0]:
