@@ -176,7 +176,8 @@ def _decided(
     search = partial(find_missing_effects, source.sample, start, extra, watch)
     found = with_supported_sensors(source, start, search)
     searches = [found]
-    if found.at_bounds(start):
+    # Something strong may have bent the fit; then columns around it point nowhere.
+    if found.at_bounds(start) or _lost(decide(found, floor_behind(found))):
         searches.append(with_supported_sensors(source, start, partial(search, as_stated=True)))
     # A floor that was estimated beside a misfit can only be too high.
     floor = min((floor_behind(each) for each in searches), key=rms)
@@ -191,6 +192,12 @@ def _decided(
             undisputed(each, mine, theirs, same_log=same_log) for each, mine, theirs in pairs
         ]
     return list(zip(searches, decisions, strict=True))
+
+
+def _lost(decision: Decision) -> bool:
+    """Whether a search names nothing, and leaves much more than the noise."""
+    much = decision.unexplained.heldout_over_floor > MOST_OVER_FLOOR
+    return much and not decision.answer.claims
 
 
 # What is said about it.

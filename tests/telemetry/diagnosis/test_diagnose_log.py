@@ -12,9 +12,11 @@ from planner.errors import Cancelled
 from planner.power.model import PowerModel
 from planner.power.rows import rows_from
 from planner.quantities import INDEX
+from planner.telemetry.diagnosis.decision import decide
 from planner.telemetry.diagnosis.diagnose_log import diagnose
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.quantities_of_motion import motion_axes
+from planner.telemetry.selection import find_missing_effects
 from planner.telemetry.virtual import QUIET, VirtualRobot
 from tests.power.states import changed
 from tests.telemetry.rows import measured
@@ -236,3 +238,27 @@ def test_a_diagnosis_can_be_stopped(motion, base):
         )
     assert len(heard) == 3
     assert heard == sorted(heard)
+
+
+@pytest.mark.parametrize(("over", "searches"), [(1.0, [False]), (1.5, [False, True])])
+def test_a_search_that_is_lost_is_repeated_around_the_stated_values(
+    motion, base, monkeypatch, over, searches
+) -> None:
+    """A strong effect bends the fit, and around a bent fit it may look like nothing."""
+    module, asked = "planner.telemetry.diagnosis.diagnose_log", []
+
+    def search(*given, as_stated=False, **further):
+        asked.append(as_stated)
+        return find_missing_effects(*given, as_stated=as_stated, **further)
+
+    def with_much_left(found, floor):
+        decision = decide(found, floor)
+        assert not decision.answer.claims
+        left = replace(decision.unexplained, heldout_over_floor=over)
+        return replace(decision, unexplained=left)
+
+    monkeypatch.setattr(f"{module}.find_missing_effects", search)
+    monkeypatch.setattr(f"{module}.decide", with_much_left)
+    # A log that is known already is not searched again.
+    diagnose(measured(motion, base, NOISE, seed=17 + len(searches)), base)
+    assert asked == searches
