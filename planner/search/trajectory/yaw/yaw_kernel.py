@@ -38,10 +38,12 @@ LAZY_ROUNDS = 24
 """Rounds of pricing after which estimates no longer count."""
 MOST_ROUNDS = 20 * LAZY_ROUNDS
 """Rounds at most, so that the loop ends."""
-MUCH, ROUGHLY_BESIDE = 4.0, 1
-"""States that a body turns on a step from which it is looked at more closely, and states beside the
-best path up to which a search is a rough one: that leaves it out. Looks are two states apart then.
-"""
+MUCH = 4.0
+"""States that a body turns on a step from which a close search looks between its middle and its
+ends, too: looks are two states apart then. A turn that nowhere holds would go from step to
+step."""
+ROUGHLY_BESIDE = 1
+"""States beside the best path up to which a search is a rough one."""
 SAME_COST = 1e-9
 """J or s by which a state's cost may differ from that of the round before and count as the same."""
 
