@@ -200,12 +200,15 @@ def _near_reach(vehicle: Vehicle, fastest: float) -> Limits:
     )
 
 
-def assumptions(request: SituationRequest, conditions: OperatingConditions) -> tuple[str, ...]:
+def assumptions(
+    request: SituationRequest, conditions: OperatingConditions, terrain: Terrain
+) -> tuple[str, ...]:
     """Sentences without a full stop; none where nothing was assumed.
 
     Args:
         request: what was asked.
         conditions: that follow from it.
+        terrain: the map as it was read.
     """
     model = conditions.model
     near = model.vehicle.limits
@@ -232,6 +235,7 @@ def assumptions(request: SituationRequest, conditions: OperatingConditions) -> t
         for said in oddities(model)
         if not any(note.startswith(said.partition(":")[0]) for note in notes)
     ]
+    notes += [f"odd in the map's file: {said}" for said in terrain.odd]
     reads = {name for effect in model.effects for name in effect.reads}
     payload = request.payload
     if payload.mass > 0.0 and (payload.x or payload.y) and not {"com_x", "com_y"} & reads:

@@ -165,7 +165,7 @@ def energy_time_front(
 def _front(run: Run, most: int) -> Front:
     run.step(0.02, "costs of steady driving")
     refused = check_places(run, run.field("energy", MARGIN))
-    notes = assumptions(run.request, run.conditions)
+    notes = assumptions(run.request, run.conditions, run.ground.terrain)
     model = run.conditions.model.describe()
     blank = Front("no_route", run.ground.terrain, model, notes=notes)
     if refused is not None:

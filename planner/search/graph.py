@@ -225,7 +225,7 @@ def energy_graph(
             (progress or silent)(
                 number / len(directions), f"{number} of {len(directions)} directions"
             )
-    notes = assumptions(asked, situation.conditions)
+    notes = assumptions(asked, situation.conditions, situation.ground.terrain)
     drives, closed = _in_order(drives, directions), _in_order(closed, directions)
     return EnergyGraph(graph, drives, closed, asked, notes)
 

@@ -121,7 +121,8 @@ def energy_matrix(
             check_hold(f"{name}[{k}]", place, field, situation.conditions)
     with CancellationToken(cancelled) as token:
         found = _filled(situation, field, starts, goals, progress or silent, token)
-    return replace(found, notes=assumptions(request, situation.conditions))
+    notes = assumptions(request, situation.conditions, situation.ground.terrain)
+    return replace(found, notes=notes)
 
 
 def _filled(

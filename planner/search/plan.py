@@ -198,7 +198,7 @@ def _arrived(asked: PoseRequest | RegionRequest, route: Route) -> Mapping[str, f
 
 
 def _notes(run: Run) -> tuple[str, ...]:
-    notes = [*assumptions(run.request, run.conditions)]
+    notes = [*assumptions(run.request, run.conditions, run.ground.terrain)]
     ends = {"start": run.request.start, "goal": run.request.goal}
     ends |= {f"via[{k}]": place for k, place in enumerate(run.request.via)}
     for name, place in ends.items():

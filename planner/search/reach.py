@@ -179,7 +179,7 @@ def _reached(search: EdgeSearch, request: ReachRequest, say: Progress) -> Reach:
         lines,
         float(error),
         len(routes.legs),
-        assumptions(request, situation.conditions),
+        assumptions(request, situation.conditions, situation.ground.terrain),
     )
 
 

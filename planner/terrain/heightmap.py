@@ -53,6 +53,7 @@ class Terrain:
         cell: dx, dy, m.
         crs: coordinate reference system, "EPSG:32613"; None = a local frame.
         source: where it came from, and what was converted on reading.
+        odd: what its files probably do not mean, in sentences.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Terrain:
     cell: tuple[float, float]
     crs: str | None
     source: str
+    odd: tuple[str, ...] = ()
 
     @classmethod
     def from_arrays(
@@ -80,6 +82,7 @@ class Terrain:
         ground_classes: tuple[GroundClass, ...] = PLAIN_GROUND,
         crs: str | None = None,
         source: str = "arrays",
+        odd: tuple[str, ...] = (),
     ) -> Terrain:
         """A checked terrain from arrays; NaN heights and `known` = False are holes.
 
@@ -94,6 +97,7 @@ class Terrain:
             ground_classes: the kinds of ground.
             crs: coordinate reference system or None.
             source: where the arrays came from.
+            odd: what they probably do not mean, in sentences.
 
         Raises:
             MapError: a shape, cell size, index or height cannot be used, or nothing is known.
@@ -126,6 +130,7 @@ class Terrain:
             cell=(float(cell[0]), float(cell[1])),
             crs=crs,
             source=source,
+            odd=odd,
         )
 
     @cached_property

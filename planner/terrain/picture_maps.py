@@ -42,6 +42,8 @@ from planner.reading import finite_number
 from planner.terrain.grid_checks import beside, check_cells, check_entries, refused, require
 from planner.terrain.heightmap import Terrain
 
+SAVED_AS_UNKNOWN = 205
+"""Gray value that map_saver of ROS writes where nobody has measured."""
 _COMMON = {"image", "resolution", "origin"}
 _OCCUPANCY = {"occupied_thresh", "free_thresh", "negate", "mode"}
 _HEIGHTS = {"height_min", "height_max", "height_scale", "unknown"}
@@ -81,9 +83,11 @@ def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
     if _HEIGHTS & set(entries):
         heights, known = _heights(file, entries, gray, white)
         obstacles = np.zeros(gray.shape, dtype=np.bool_)
+        odd: tuple[str, ...] = ()
     else:
         heights = np.zeros(gray.shape)
         known, obstacles = _occupancy(file, entries, gray, white)
+        odd = _unknown_as_floor(entries, gray, known & ~obstacles)
     return Terrain.from_arrays(
         heights,
         cell=(resolution, resolution),
@@ -92,6 +96,7 @@ def read_picture_yaml(file: Path, *, max_cells: int) -> Terrain:
         known=known,
         obstacles=obstacles,
         source=str(file),
+        odd=odd,
     )
 
 
@@ -218,3 +223,18 @@ def _occupancy(
     obstacles = probability > occupied
     # What is unknown is neither: an obstacle is known to stand on the floor.
     return obstacles | (probability < free), obstacles
+
+
+def _unknown_as_floor(
+    entries: dict[str, Any], gray: NDArray[np.float64], floor: NDArray[np.bool_]
+) -> tuple[str, ...]:
+    """A sentence where unknown ground is read as floor: Nav2's map_saver writes such thresholds."""
+    unknown = floor & (gray == SAVED_AS_UNKNOWN)
+    if not unknown.any() or not (floor & (gray > SAVED_AS_UNKNOWN)).any():
+        return ()
+    share, limit = 100.0 * unknown.mean(), entries["free_thresh"]
+    return (
+        f"{share:.2g} % of the floor plan is gray {SAVED_AS_UNKNOWN}, which map_saver writes for "
+        f"unknown ground, and its free_thresh of {limit:g} makes that floor; 0.196 leaves it "
+        "unknown",
+    )

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from planner import energy_matrix, energy_time_front, plan_route, reachable_area
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.quantities import INDEX
@@ -82,3 +83,12 @@ def test_other_models_and_conditions_have_other_keys():
     assert asked().key == asked().key
     other = PowerModel.from_vehicle(load_vehicle("minibalance"), kind="printed/A")
     assert model_key(other) != model_key(MODEL)
+
+
+def test_what_is_odd_in_the_map_is_in_every_answer():
+    floor = Terrain.from_arrays(np.zeros((40, 40)), cell=(0.5, 0.5), odd=("walls of paper",))
+    start, goal, said = (3, 3), (8, 3), "odd in the map's file: walls of paper"
+    assert said in plan_route(map=floor, start=start, goal=goal).notes
+    assert said in energy_time_front(map=floor, start=start, goal=goal, points=2).notes
+    assert said in energy_matrix(map=floor, starts=[start, goal]).notes
+    assert said in reachable_area(map=floor, start=start, energy_j=50).notes

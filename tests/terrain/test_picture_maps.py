@@ -11,6 +11,7 @@ from PIL import Image
 
 from planner.errors import MapError
 from planner.terrain.formats import load_terrain
+from planner.terrain.map_files import describe_map
 
 SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "terrain"
 # Top row first: the picture's top is north. 0 is a wall, 254 is free, 205 is unknown.
@@ -41,6 +42,25 @@ def test_floor_plan(tmp_path: Path, ending: str, given: str) -> None:
     # map_server's origin is the corner of the lower left pixel; a node is its centre.
     assert terrain.origin == pytest.approx((-9.975, -4.975))
     assert terrain.extent[:2] == pytest.approx((-10.0, -5.0))
+
+
+@pytest.mark.parametrize("threshold", ["0.25", "0.196"])
+def test_unknown_ground_that_counts_as_floor_is_odd(tmp_path: Path, threshold: str) -> None:
+    # map_saver of Nav2 writes 205 for unknown ground beside a threshold that makes it floor.
+    save(tmp_path / "map.pgm", PLAN)
+    (tmp_path / "map.yaml").write_text(FLOOR.format("map.pgm").replace("0.196", threshold))
+    (tmp_path / "both.toml").write_text('plan = "map.yaml"\n')
+    for name in ("map.yaml", "both.toml"):
+        terrain = load_terrain(tmp_path / name)
+        assert terrain.known.all() == (threshold == "0.25")
+        found = " ".join([*terrain.odd, *describe_map(terrain)["odd"]])
+        assert found.count("5 % of the floor plan is gray 205") == 2 * (threshold == "0.25")
+
+
+def test_a_dark_floor_without_a_brighter_one_is_not_odd(tmp_path: Path) -> None:
+    save(tmp_path / "map.pgm", np.where(PLAN == 0, 0, 205).astype(np.uint8))
+    (tmp_path / "map.yaml").write_text(FLOOR.format("map.pgm").replace("0.196", "0.25"))
+    assert load_terrain(tmp_path / "map.yaml").odd == ()
 
 
 def test_negated_and_coloured_floor_plans_are_the_same_floor(tmp_path: Path) -> None:

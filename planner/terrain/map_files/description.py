@@ -73,7 +73,7 @@ def describe_map(terrain: Terrain) -> dict[str, Any]:
                 for limit in STEEPER_THAN
             },
         },
-        "odd": [sentence for sentence, holds in found.items() if holds],
+        "odd": [*terrain.odd, *(sentence for sentence, holds in found.items() if holds)],
         "obstacles_share": float(terrain.obstacles.mean()),
         "unknown_share": float(1.0 - terrain.known.mean()),
         "ground_shares": {

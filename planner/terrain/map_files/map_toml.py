@@ -98,6 +98,7 @@ def read_map_toml(file: Path, load: Callable[[Path], Terrain]) -> Terrain:
         ground_classes=classes,
         crs=crs,
         source=f"{file}: {', '.join(f'{key} {path.name}' for key, path in paths.items())}",
+        odd=tuple(sentence for part in parts.values() for sentence in part.odd),
     )
 
 
