@@ -155,6 +155,8 @@ FORMATS: Mapping[str, Callable[[Answer], str]] = {
     "csv": as_csv,
     "nav-path": as_nav_path,
 }
+ENDINGS: Mapping[str, str] = {".csv": "csv", ".geojson": "geojson"}
+"""Ending of a file → format, where none is named; other files are ROUTE.json."""
 MEDIA_TYPES: Mapping[str, str] = {
     "application/json": "json",
     "application/geo+json": "geojson",

@@ -64,7 +64,9 @@ def plan(
     out: Annotated[Path | None, typer.Option(help="Write the answer to this file.")] = None,
     format_: Annotated[
         str | None,
-        typer.Option("--format", help="json, geojson, csv or nav-path; without --out to stdout."),
+        typer.Option(
+            "--format", help="json, geojson, csv or nav-path; else as --out ends, or json."
+        ),
     ] = None,
     report: Report = None,
     json_: Json = False,
@@ -94,7 +96,8 @@ def plan(
         asked = PlanRequest.from_call(asked, {"certify_s": CERTIFY_S})
     with working() as how:
         answer = planner.plan_route(asked, **how)
-    text = formats.written(answer, format_ or "json")
+    by_ending = formats.ENDINGS.get(out.suffix.lower(), "json") if out else "json"
+    text = formats.written(answer, format_ or by_ending)
     if out is not None:
         documents.write_whole(out, text.rstrip("\n") + "\n")
     if report is not None:

@@ -147,6 +147,20 @@ def test_a_format_goes_to_stdout_or_into_the_file(
 
 
 @pytest.mark.parametrize(
+    ("name", "begins"), [("R.CSV", "route,x,y,"), ("r.geojson", '{"type": "F'), ("r.txt", '{"stat')]
+)
+def test_the_ending_of_a_file_is_its_format(
+    name: str, begins: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setitem(vars(planner), "plan_route", lambda *_, **__: synthetic.answer())
+    file = tmp_path / name
+    assert cli.run(["plan", "--map", "m", *START_AND_GOAL, "--out", str(file)]) == 0
+    assert file.read_text().startswith(begins)
+    assert cli.run(["plan", "--map", "m", *START_AND_GOAL, "--out", str(file), "--format=csv"]) == 0
+    assert file.read_text().startswith("route,x,y,")
+
+
+@pytest.mark.parametrize(
     ("options", "sentence"),
     [
         (("--format", "kml"), "--format: is not a format of routes (got 'kml')"),
