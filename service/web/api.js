@@ -149,6 +149,18 @@ export function element(name, text = "", attributes = {}) {
   return made;
 }
 
+// What has the focus loses it when it is disabled or hidden. It gets it back by the function that
+// is returned, or `instead` where it is gone for good; not where a person went on meanwhile.
+export function holdFocus(instead) {
+  const held = document.activeElement;
+  const lost = () => document.activeElement === document.body || !document.activeElement.checkVisibility();
+  return () => {
+    if (held === document.body || !lost()) return;
+    held.focus();
+    if (lost()) instead.focus();
+  };
+}
+
 // A list of sentences.
 export const list = (id, sentences) => byId(id).replaceChildren(...sentences.map((sentence) => element("li", sentence)));
 

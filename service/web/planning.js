@@ -1,6 +1,6 @@
 // Planning: choose a map, a start and a goal; see the route, what it costs and why.
 
-import { Turns, byId, fragment, post, sayIn } from "./api.js";
+import { Turns, byId, fragment, holdFocus, post, sayIn } from "./api.js";
 import { chosen, fill, fillStarts, optionOf } from "./choices.js";
 import { offerDownloads, withdrawDownloads } from "./downloads.js";
 import { beginGround, drawGround, forgetGround, loadGround } from "./ground.js";
@@ -178,6 +178,7 @@ async function plan(event) {
   event.preventDefault();
   if (!picture()) return;
   const asked = question();
+  const focusBack = holdFocus(byId("message"));
   const signal = planning.begin(asked);
   clearMarks();
   clearAnswer();
@@ -197,6 +198,7 @@ async function plan(event) {
   } finally {
     planning.end(signal);
     showBusy();
+    if (!planning.busy) focusBack();
   }
 }
 
@@ -205,6 +207,7 @@ export function planWith(model) {
   state.example = false;
   byId("vehicle").value = model;
   byId("request").scrollIntoView({ behavior: "smooth", block: "start" });
+  byId("vehicle").focus({ preventScroll: true });
   questionChanged();
   if (!picture()) return;
   if (placeOf("start") && placeOf("goal")) byId("request").requestSubmit();

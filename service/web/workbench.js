@@ -1,6 +1,6 @@
 // The workbench: a measured log, where the model fails, what is missing, and versions that learn it.
 
-import { Turns, byId, element, fetchJson, fragment, list, load, post, resultOf, sayIn } from "./api.js";
+import { Turns, byId, element, fetchJson, fragment, holdFocus, list, load, post, resultOf, sayIn } from "./api.js";
 import { chosen, fill, fillStarts } from "./choices.js";
 
 const WHAT_NEXT = "Choose a log, then compare or diagnose.";
@@ -46,6 +46,7 @@ function showProgress(job) {
 // Carry out something that may be a job. With `about`, the question that it answers, choosing
 // another one ends it; without, choosing waits.
 async function work(first, { about = null, begin, show }) {
+  const focusBack = holdFocus(byId("work-message"));
   const signal = working.begin(about);
   state.locked = about === null;
   state.first = first;
@@ -63,6 +64,7 @@ async function work(first, { about = null, begin, show }) {
   working.end(signal);
   state.locked = false;
   refresh();
+  focusBack();
 }
 
 // End a job that nobody waits for; a version that it has made all the same is offered.
@@ -106,7 +108,8 @@ function upload(event) {
     show: async (log) => {
       await chooseLog(log);
       byId("upload-form").reset();
-      say(`${log.name} was read: ${sizeOf(log).join(" in ")}.`);
+      const known = log.name === file.name ? "" : `${file.name} was uploaded before: `;
+      say(`${known}${log.name} was read: ${sizeOf(log).join(" in ")}.`);
     },
   });
 }
@@ -246,9 +249,10 @@ function showVersions() {
   versions.load([`/v1/models/${model}/history`, `/v1/models/${model}/report`], show, complain);
 }
 
-// What can be done with a version, at the end of its row; the last one stands already.
+// What can be done with a version, below its number: the end of its row may need scrolling. The
+// last one stands already.
 function offerVersion(model, { id, version }, last, row) {
-  const cell = row.insertCell();
+  const cell = row.cells[0];
   const button = (words, press) => {
     const made = element("button", words, { type: "button", class: "plain" });
     made.addEventListener("click", press);

@@ -88,6 +88,13 @@ def test_the_keyboard_is_enough(page: Any, workers: ScriptedWorkers) -> None:
     assert (request.start.x, request.goal.x, request.payload.mass) == (1.5, 9.0, 5.0)
 
 
+def test_coordinates_of_a_survey_are_read_whole(page: Any) -> None:
+    for field in ("start-x", "start-y", "goal-x", "goal-y"):
+        page.locator(f"#{field}").fill("5423459.02")
+        wide, needed = page.locator(f"#{field}").evaluate("e => [e.clientWidth, e.scrollWidth]")
+        assert needed <= wide
+
+
 def test_a_refusal_is_said_and_its_fields_are_marked(page: Any, workers: ScriptedWorkers) -> None:
     def refuse(*_: Any) -> Any:
         raise RequestError("start", "on an obstacle", accepted="free ground")

@@ -132,6 +132,11 @@ def test_going_back_makes_a_version(page: Any, bench: Workbench) -> None:
     expect(page.locator("#versions svg circle.solid")).to_have_count(2)
     # To the first of the two; the second is what stands.
     expect(page.get_by_role("button", name="Back to it")).to_have_count(1)
+    # What can be done with a version needs no scrolling, on a telephone neither.
+    page.set_viewport_size({"width": 390, "height": 800})
+    for button in page.locator("#versions tbody :is(button, a)").all():
+        box = button.bounding_box()
+        assert box["x"] + box["width"] < 390
     rows.nth(0).get_by_role("button", name="Back to it").click()
     page.get_by_text("Version 3 is as version 2 was.").wait_for()
     job, path = bench.tasks[-1]
@@ -157,3 +162,36 @@ def test_a_long_job_is_cancelled(page: Any, bench: Workbench) -> None:
     page.get_by_role("button", name="Cancel").click()
     page.get_by_role("alert").get_by_text("Cancelled.").wait_for()
     expect(page.get_by_role("button", name="Compare")).to_be_enabled()
+
+
+def test_the_focus_outlives_what_a_key_began(page: Any, bench: Workbench) -> None:
+    def press(name: str, said: str) -> None:
+        page.get_by_role("button", name=name, exact=True).last.press("Enter")
+        page.get_by_text(said).wait_for()
+
+    upload(page)
+    page.get_by_text("was read").wait_for()
+    press("Diagnose", "Diagnosed.")
+    expect(page.locator("#diagnose")).to_be_focused()
+    # The button goes with its card; what came of it stands in the message.
+    press("Adopt", "Adopted")
+    expect(page.locator("#work-message")).to_be_focused()
+    for field, value in (("start-x", 2), ("start-y", 1), ("goal-x", 8), ("goal-y", 4)):
+        page.locator(f"#{field}").fill(str(value))
+    press("Plan", "200.0 J over")
+    expect(page.locator("#plan")).to_be_focused()
+    press("Plan with it", "200.0 J over")
+    expect(page.locator("#vehicle")).to_be_focused()
+    bench.hang = True
+    press("Compare", "Starting …")
+    press("Cancel", "Cancelled.")
+    expect(page.locator("#compare")).to_be_focused()
+
+
+def test_a_log_that_was_uploaded_under_another_name_is_said(page: Any) -> None:
+    upload(page)
+    page.get_by_text("drive.csv was read: 1 rows in 1 runs.").wait_for()
+    again = {"name": "again.csv", "mimeType": "text/csv", "buffer": CSV}
+    page.get_by_label("Log (CSV, Parquet)").set_input_files(again)
+    page.get_by_role("button", name="Upload").click()
+    page.get_by_text("again.csv was uploaded before: drive.csv was read").wait_for()
