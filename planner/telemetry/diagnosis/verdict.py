@@ -78,6 +78,7 @@ def sentence_of(
     said += [f"{clause[0].upper()}{clause[1:]}." for clause in apart]
     if diagnosis.outside is not None:
         said.append(f"The formula is {diagnosis.outside.formula}.")
+    said.append(_planned_already(diagnosis))
     if near:
         said.append(f"This is a near decision: {near}.")
     if diagnosis.verdict in ("complete", "not_identifiable") and not apart:
@@ -198,6 +199,19 @@ def _names(diagnosis: Diagnosis) -> str:
         if aliases.get(effect)
         else _titled(effect)
         for effect in diagnosis.selected
+    )
+
+
+def _planned_already(diagnosis: Diagnosis) -> str:
+    """That routes of the vehicle count what is said to be missing from its base model."""
+    listed = diagnosis.model.vehicle.active
+    names = [slug for slug in diagnosis.selected if slug in listed]
+    if not names:
+        return ""
+    them = "it" if len(names) == 1 else "them"
+    return (
+        f"Planning with the vehicle counts {' and '.join(names)}, as its file says; this diagnosis "
+        f"began without {them}."
     )
 
 

@@ -98,6 +98,18 @@ def test_a_claim_says_what_it_leaves(made):
         assert ("most of all on carpet" in text) is said
 
 
+def test_what_the_file_lists_for_planning_is_not_called_missing_without_a_word(made):
+    for selected, said in (
+        (("air_drag",), ""),
+        (("viscous_drag", "air_drag", "driver_loss"), "counts viscous_drag and driver_loss, as"),
+        (("sensor_rate",), "counts sensor_rate, as its file says; this diagnosis began without it"),
+    ):
+        found = results.diagnosis(made, verdict="missing_effect", selected=selected)
+        text = sentence_of(found)
+        assert ("Planning with the vehicle" in text) is bool(said)
+        assert said in text
+
+
 @pytest.mark.parametrize("verdict", ["missing_effect", "outside_catalogue", "sensor_error"])
 def test_no_verdict_hides_a_tie(made, verdict):
     outside = results.outside(made) if verdict == "outside_catalogue" else None
