@@ -24,7 +24,7 @@ from python_multipart.exceptions import FormParserError
 from python_multipart.multipart import MultipartParser, parse_options_header
 
 from planner.errors import LogError, RequestError
-from planner.validation import accepted_at, first_complaint
+from planner.validation import accepted_at, first_complaint, printable
 from service.problems import TooLarge
 
 _MOST_SMALL_FIELDS = 65_536  # bytes of all other fields of a form
@@ -47,6 +47,9 @@ async def json_body(request: Request, most: int, setting: str = "") -> bytes:
     media_type = request.headers.get("content-type", "").split(";")[0].strip().lower()
     if media_type != "application/json":
         raise HTTPException(415, "the body must be JSON, sent with Content-Type: application/json")
+    if (packed := request.headers.get("content-encoding", "identity")) != "identity":
+        problem = f"the body is compressed (Content-Encoding: {printable(packed)})"
+        raise HTTPException(415, f"{problem}; accepted: JSON as it is")
     body = bytearray()
     async for chunk in request.stream():
         body += chunk

@@ -7,6 +7,7 @@ return respond(document(409, "cancelled", "the job was cancelled"))
 from __future__ import annotations
 
 from collections.abc import Mapping
+from http import HTTPStatus
 from typing import Any
 
 from fastapi import FastAPI, Request, Response
@@ -77,6 +78,7 @@ async def _bad_parameter(request: Request, error: Exception) -> JSONResponse:
     first = first_complaint(error.errors())
     # "Input should be a valid integer, unable to parse …"
     accepted = first.message.removeprefix("Input should be ").partition(",")[0]
+    accepted = _PLAIN.get(accepted, accepted)
     described = RequestError(
         first.place, problem_of(first, "cannot be"), value=first.value, accepted=accepted
     )
@@ -88,6 +90,7 @@ async def _nobody(request: Request, error: Exception) -> Response:
     return Response(status_code=499)
 
 
+_PLAIN = {"a valid boolean": "true or false", "a valid integer": "a whole number"}
 _KINDS = {
     404: "not-found",
     405: "method-not-allowed",
@@ -99,5 +102,19 @@ _KINDS = {
 
 async def _http(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, HTTPException)
-    kind = _KINDS.get(error.status_code, "http")
-    return respond(document(error.status_code, kind, error.detail), error.headers)
+    kind, detail, headers = _KINDS.get(error.status_code, "http"), error.detail, error.headers
+    path = printable(request.url.path)
+    if kind == "method-not-allowed":
+        # The first route of an address knows only its own methods.
+        allowed = _methods(request, (error.headers or {}).get("Allow", "GET"))
+        headers = {"Allow": ", ".join(allowed).upper()}
+        detail = f"{path} takes no {request.method}; accepted: {headers['Allow']}"
+    elif kind == "not-found" and detail == HTTPStatus.NOT_FOUND.phrase:
+        detail = f"there is nothing at {path}; accepted: the addresses in /openapi.json"
+    return respond(document(error.status_code, kind, detail), headers)
+
+
+def _methods(request: Request, otherwise: str) -> list[str]:
+    """Methods that the address of a request takes; the page's files are not in the schema."""
+    address = getattr(request.scope.get("route"), "path_format", "")
+    return sorted(request.app.openapi()["paths"].get(address, otherwise.split(", ")))
