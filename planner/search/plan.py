@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from planner.amounts import joules, seconds
+from planner.amounts import joules, seconds, share
 from planner.arrays import Array
 from planner.cancellation import CancellationToken
 from planner.power.model import PowerModel
@@ -44,6 +44,14 @@ from planner.search.solve import find_alternatives, on_grid, summary_of, with_bo
 from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
 
+BEYOND_LOG = 1.05
+"""Speed or payload of a route over the largest of the log that its model was fitted to, from which
+it is another regime: a fit bends little within 5 %."""
+STEEPER_THAN_LOG = math.radians(1.0)
+"""rad; slopes along the travel this much beyond the log's are another regime, a level floor's are
+not."""
+LEAST_BEYOND = 0.1
+"""Share of its time that a route must spend there for an answer to say so."""
 LEAST_RETURNED = 0.01
 """Share of the energy drawn that must flow back for an answer to say so."""
 
@@ -120,6 +128,7 @@ def _plan(run: Run) -> Answer:
     routes, how, note = with_bounds(run, routes)
     notes += [note] if note else []
     notes += [*_assumed_of(best, run.conditions.model), *_rests_of(best)]
+    notes += _beyond_log(best, run.conditions.model, request.payload.mass)
     summary = replace(summary, **how)
     every = request.poses_every_s
     if every is not None:
@@ -153,6 +162,37 @@ def _assumed_of(route: Route, model: PowerModel) -> list[str]:
     return [
         f"{joules(back)} of braking flow back to the source and count in full, as the model has "
         "no regeneration_limit"
+    ]
+
+
+def _beyond_log(route: Route, model: PowerModel, payload_kg: float) -> list[str]:
+    """Where a route leaves what its model was fitted to: the interval knows nothing of that."""
+    covered = None if model.energy_error is None else model.energy_error.covered
+    if covered is None:
+        return []
+    times, lengths = np.diff(route.arrays["t"]), np.diff(route.distance_m)
+    driven = (times > 0.0) & (lengths > 0.0)
+    speeds = lengths[driven] / times[driven]
+    slopes = np.arcsin(np.clip(np.diff(route.arrays["z"])[driven] / lengths[driven], -1.0, 1.0))
+    parts = {
+        f"faster than {covered.speed_mps:.3g} m/s": speeds > BEYOND_LOG * covered.speed_mps,
+        f"steeper than {math.degrees(covered.slope_rad):.2g}°": (
+            np.abs(slopes) > covered.slope_rad + STEEPER_THAN_LOG
+        ),
+    }
+    shares = {what: float(times[driven] @ there) / times.sum() for what, there in parts.items()}
+    found = [
+        f"{what} for {share(part)} of the time"
+        for what, part in shares.items()
+        if part > LEAST_BEYOND
+    ]
+    if payload_kg > BEYOND_LOG * covered.payload_kg:
+        found.append(f"a payload above {covered.payload_kg:.3g} kg")
+    if not found:
+        return []
+    return [
+        f"beyond the log that the model was fitted to: {', '.join(found)}; the energy interval "
+        "does not cover that"
     ]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,7 @@ from planner import (
 )
 from planner.errors import RequestError, VehicleError
 from planner.power.model import PowerModel
+from planner.power.saved import Covered, EnergyError
 from planner.power.vehicles import load_vehicle
 from planner.terrain.heightmap import Terrain
 
@@ -210,3 +212,35 @@ def test_the_place_of_a_load_is_never_ignored_in_silence(tmp_path: Path, level: 
         assert sum(said in note for note in answer.notes) == notes
     with pytest.raises(RequestError, match=r"payload: .* cannot stand even on level ground"):
         plan_route(**asked, payload={"mass": 8.0, "x": 2.0})
+
+
+def test_a_route_beyond_the_log_of_its_model_says_so(level: Terrain) -> None:
+    quiet = EnergyError((1.0,), (0.1,), 0.1, 0.0, 0.0, 1.0, 8.0, 8)
+    model = PowerModel.from_vehicle(load_vehicle("minibalance"))
+
+    def said(covered: Covered | None, payload_kg: float = 0.0) -> str:
+        known = replace(model, energy_error=replace(quiet, covered=covered))
+        answer = plan_route(map=level, model=known, payload={"mass": payload_kg}, **ASKED)
+        assert max(answer.routes[0].arrays["speed"]) > 1.1
+        return " ".join(note for note in answer.notes if "beyond the log" in note)
+
+    assert said(None) == said(Covered(1.2, 0.0, 0.0)) == ""
+    assert said(Covered(1.2, 0.0, 4.0), payload_kg=4.1) == ""
+    slow = said(Covered(0.8, 0.0, 4.0), payload_kg=9.0)
+    assert "faster than 0.8 m/s for " in slow
+    assert "a payload above 4 kg; the energy interval does not cover that" in slow
+    assert "steeper" not in slow
+
+
+def test_slopes_beyond_the_log_of_the_model_are_said() -> None:
+    known = replace(
+        PowerModel.from_vehicle(load_vehicle("minibalance")),
+        energy_error=EnergyError(
+            (1.0,), (0.1,), 0.1, 0.0, 0.0, 1.0, 8.0, 8, Covered(1.2, math.radians(2.0), 0.0)
+        ),
+    )
+    # Uphill at 30° on a plane of 5°, and along its contour.
+    up = plan_route(map="tilted-plane", model=known, start=(6, 6), goal=(14.66, 11))
+    assert any("steeper than 2° for 100 % of the time" in note for note in up.notes)
+    along = plan_route(map="tilted-plane", model=known, start=(12, 6), goal=(7, 14.66))
+    assert not any("steeper" in note for note in along.notes)

@@ -70,6 +70,15 @@ class ParameterCovariance:
 
 
 @dataclass(frozen=True)
+class Covered:
+    """The largest speed along the ground, slope along the travel and payload of a log's drives."""
+
+    speed_mps: float
+    slope_rad: float
+    payload_kg: float
+
+
+@dataclass(frozen=True)
 class EnergyError:
     """Noise of one drive's measured energy, and how well intervals held on runs left out.
 
@@ -82,6 +91,7 @@ class EnergyError:
         scale: by which a predicted standard deviation is to be multiplied.
         degrees_of_freedom: of Student's t; small where few runs spoke.
         runs: number of held-out energies that ``scale`` comes from.
+        covered: what the log holds; a fit has learnt nothing beyond. None in older files.
     """
 
     powers_w: tuple[float, ...]
@@ -92,6 +102,7 @@ class EnergyError:
     scale: float
     degrees_of_freedom: float
     runs: int
+    covered: Covered | None = None
 
     def noise_variance(self, watts: Array, seconds: Array) -> float:
         """J², of the measured energy of one drive, before ``scale``.
@@ -110,12 +121,17 @@ class EnergyError:
         noise = asdict(self)
         held_out = {name: noise.pop(name) for name in ("runs", "scale", "degrees_of_freedom")}
         lists = {name: list(noise[name]) for name in ("powers_w", "spreads_w")}
-        return {"noise": noise | lists, "held_out": held_out}
+        covered = noise.pop("covered")
+        document = {"noise": noise | lists, "held_out": held_out}
+        return document | ({"covered": covered} if covered else {})
 
     @classmethod
     def from_document(cls, document: Any) -> EnergyError:
         """What ``document`` wrote, checked by saved_model."""
         both = {**document["noise"], **document["held_out"]}
-        values: dict[str, Any] = {field.name: both[field.name] for field in fields(cls)}
+        names = [field.name for field in fields(cls) if field.name != "covered"]
+        values: dict[str, Any] = {name: both[name] for name in names}
+        if (covered := document.get("covered")) is not None:
+            values["covered"] = Covered(**covered)
         tuples = {name: tuple(values[name]) for name in ("powers_w", "spreads_w")}
         return cls(**values | tuples)

@@ -86,9 +86,16 @@ class _HeldOut(_Strict):
     degrees_of_freedom: float = Field(gt=0.0, allow_inf_nan=False)
 
 
+class _Covered(_Strict):
+    speed_mps: _NotNegative
+    slope_rad: _NotNegative
+    payload_kg: _NotNegative
+
+
 class _EnergyError(_Strict):
     noise: _DriveNoise
     held_out: _HeldOut
+    covered: _Covered | None = None
 
 
 class _Version(BaseModel):

@@ -36,7 +36,7 @@ Left out
     standing on a slope, where friction or the motors may hold the robot: an energy that is mostly
     such rows is less well known than told;
     what the log does not cover: a model fitted on a level floor has learnt nothing about slopes,
-    beyond what its parameters' declarations say.
+    beyond what its parameters' declarations say. ``covered`` says how far the log goes.
 """
 
 from __future__ import annotations
@@ -47,13 +47,14 @@ import numpy as np
 
 from planner.arrays import Array, Integers, Mask
 from planner.power.model import PowerModel
-from planner.power.saved import EnergyError, ParameterCovariance
+from planner.power.saved import Covered, EnergyError, ParameterCovariance
 from planner.telemetry.estimation.model_fit import Fit
 from planner.telemetry.estimation.parameter_errors import inverse_of
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import Noise
 from planner.telemetry.parameters import Prior
 from planner.telemetry.prediction import Nodes, tangent
+from planner.telemetry.quantities_of_motion import motion_axes
 from planner.telemetry.sampling import cluster_numbers
 
 PRIOR_RUNS = 4.0
@@ -62,6 +63,8 @@ PRIOR_SCALE = 1.5
 """Usual scale, from virtual robots: runs differ by more than their rows show."""
 FOLDS = 5
 """Parts of the log, of which each is held out in turn."""
+COVERED_SHARE = 0.99
+"""Share of a log's rows below what it is said to cover: single rows of noise teach nothing."""
 SUBSTITUTE_RUNS = 20
 """Stretches of rows that stand in for runs where the log has only one."""
 
@@ -82,8 +85,19 @@ def energy_error(log: Telemetry, fitted: Fit) -> tuple[ParameterCovariance, Ener
     curve = tuple(noise.powers.tolist()), tuple((noise.spreads * _outlying(fitted)).tolist())
     offset, gain = np.sqrt(np.maximum(np.diag(noise.by_run), 0.0)).tolist()
     time = _correlation_time(noise, float(np.median(log.interval)))
-    unscaled = EnergyError(*curve, time, offset, gain, 1.0, PRIOR_RUNS, 0)
+    covered = covered_by(log)
+    unscaled = EnergyError(*curve, time, offset, gain, 1.0, PRIOR_RUNS, 0, covered)
     return covariance, _calibrated(unscaled, log, fitted, sums)
+
+
+def covered_by(log: Telemetry) -> Covered:
+    """How fast, how steep and how loaded the drives of a log are."""
+    axes = motion_axes(log.rows)
+    speed, slope, payload = (
+        float(np.quantile(np.abs(axes[name]), COVERED_SHARE))
+        for name in ("speed", "slope_along", "load")
+    )
+    return Covered(speed, slope, payload)
 
 
 class _Sums:

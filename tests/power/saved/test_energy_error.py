@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from planner.power.saved.energy_error import EnergyError, ParameterCovariance
+from planner.power.saved.energy_error import Covered, EnergyError, ParameterCovariance
 
 POWER, RESISTANCE = ("electronics", "power", 0), ("copper_loss", "resistance", 0)
 ERROR = EnergyError(
@@ -58,3 +59,5 @@ def test_documents_give_back_the_same_numbers() -> None:
     assert back.names == covariance.names
     assert np.array_equal(back.values, covariance.values)
     assert EnergyError.from_document(written[1]) == ERROR
+    seen = replace(ERROR, covered=Covered(1.1, 1 / 3, 0.0))
+    assert EnergyError.from_document(json.loads(json.dumps(seen.document()))) == seen

@@ -67,6 +67,7 @@ def error_document(**changes: Any) -> dict[str, Any]:
         ({"energy_error": error_document(powers_w=[2.0, 1.0])}, "noise"),
         ({"energy_error": error_document(spreads_w=[0.1])}, "noise"),
         ({"energy_error": error_document(run_gain=-1.0)}, "run_gain"),
+        ({"energy_error": {**error_document(), "covered": {"speed_mps": -1.0}}}, "speed_mps"),
         ({"energy_error": error_document(correlation_time_s="1")}, "correlation_time_s"),
         ({"vehicle": {}}, ""),
         ({"kind": "cubist"}, ""),

@@ -9,7 +9,8 @@ import pytest
 from scipy import stats
 
 from planner.power.catalogue import find_effect
-from planner.telemetry.estimation.energy_errors import PRIOR_RUNS, energy_error
+from planner.quantities import INDEX
+from planner.telemetry.estimation.energy_errors import PRIOR_RUNS, covered_by, energy_error
 from planner.telemetry.estimation.model_fit import fit
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import Nodes, predict, tangent
@@ -183,3 +184,16 @@ def test_intervals_hold_on_drives_that_nobody_fitted(drives):
 def test_intervals_are_no_wider_than_they_need_to_be(drives):
     """Drives of 100 s at 1 to 5 % noise are known to a few percent."""
     assert np.median(drives[:, 2]) < 0.03
+
+
+def test_what_the_log_covers_is_kept_without_its_single_rows(motion, base):
+    rows = motion.rows.copy()
+    rows[0, INDEX["vx"]] = 50.0
+    rows[:, INDEX["payload"]] = np.where(np.arange(len(rows)) % 2, 3.0, 8.0)
+    covered = covered_by(replace(motion, rows=rows))
+    speeds = np.hypot(rows[1:, INDEX["vx"]], rows[1:, INDEX["vy"]])
+    assert 0.9 * speeds.max() < covered.speed_mps <= speeds.max()
+    assert covered.payload_kg == 8.0
+    level = rows.copy()
+    level[:, [INDEX["gravity_x"], INDEX["gravity_y"]]] = 0.0
+    assert covered_by(replace(motion, rows=level)).slope_rad == pytest.approx(0.0, abs=1e-12)
