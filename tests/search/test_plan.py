@@ -244,3 +244,11 @@ def test_slopes_beyond_the_log_of_the_model_are_said() -> None:
     assert any("steeper than 2° for 100 % of the time" in note for note in up.notes)
     along = plan_route(map="tilted-plane", model=known, start=(12, 6), goal=(7, 14.66))
     assert not any("steeper" in note for note in along.notes)
+
+
+def test_a_budget_that_ends_before_the_first_search_is_said(level: Terrain) -> None:
+    said = "the time budget ended before the search that needs none was done"
+    for given, there in (({"time_budget_s": 1e-4}, True), ({}, False), ({"iterations": 1}, False)):
+        answer = plan_route(map=level, **ASKED, **given)
+        assert answer.status == "ok"
+        assert any(said in note for note in answer.notes) is there

@@ -133,6 +133,11 @@ def best_route(run: Run) -> Found:
         grid_energy_j=min(energies, default=None),
     )
     notes: list[str] = []
+    if run.seconds_left <= 0.0:
+        notes.append(
+            "the time budget ended before the search that needs none was done: without a budget, "
+            "route and baselines may be better"
+        )
     others: list[Candidate] = []
     try:
         if attempt.legs is not None and attempt.paths is not None:
