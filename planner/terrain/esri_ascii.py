@@ -81,7 +81,7 @@ def _read_header(file: Path) -> tuple[dict[str, float], int]:
                 raise refused(
                     file,
                     f"has a header line '{key}' without one number",
-                    f"an ESRI ASCII header: {_HEADER}, each with one number",
+                    f"an ESRI ASCII header: {_HEADER}, each with one number such as 0.5",
                     value=line.decode("ascii", "replace").strip(),
                 ) from problem
     require(file, bool(header), "does not begin with an ESRI ASCII header", f"the lines {_HEADER}")

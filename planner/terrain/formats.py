@@ -98,7 +98,8 @@ def load_terrain(path: str | Path, *, max_cells: int = MOST_CELLS) -> Terrain:
         found = _kind_by_content(file)
         no_format = f"has the ending '{ending}' of no heightmap format"
         named = f"is {found}, not a heightmap" if found else no_format
-        require(file, ending in _READERS, named, ACCEPTED)
+        translated = f"; other grids after: gdal_translate {file.name} {file.stem}.tif"
+        require(file, ending in _READERS, named, ACCEPTED + translated)
         read, expected = _READERS[ending]
         other = f"is named {ending} but is {found or 'something else'}"
         require(file, found == expected, other, ACCEPTED)

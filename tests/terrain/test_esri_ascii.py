@@ -121,3 +121,20 @@ def test_surveyed_ground(
     assert terrain.known.sum() == known
     assert terrain.heights.min() == pytest.approx(lowest, abs=1e-3)
     assert terrain.heights.max() == pytest.approx(highest, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "helps"),
+    [
+        ("dem.asc", HEADER.replace("size 2", "size 0,5"), "such as 0.5"),
+        ("points.xyz", "1 2 3\n1 3 3\n", "gdal_translate points.xyz points.tif"),
+    ],
+)
+def test_grids_of_other_programs_are_refused_with_what_helps(
+    tmp_path: Path, name: str, text: str, helps: str
+) -> None:
+    file = tmp_path / name
+    file.write_text(text)
+    with pytest.raises(MapError) as refusal:
+        load_terrain(file)
+    assert helps in refusal.value.accepted
