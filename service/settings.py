@@ -7,8 +7,11 @@ import re
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, SecretStr, field_validator
+from pydantic import Field, SecretStr, ValidationError, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from planner.errors import InputError
+from planner.validation import first_complaint, problem_of
 
 
 def _share_of_memory_mb() -> int:
@@ -81,3 +84,34 @@ class Settings(BaseSettings):
         """The API keys."""
         given = self.api_keys.get_secret_value() if self.api_keys else ""
         return tuple(key for part in given.split(",") if (key := part.strip()))
+
+
+def read_settings() -> Settings:
+    """Settings of the environment, for a person who set it.
+
+    Raises:
+        InputError: naming the first variable that cannot be used.
+    """
+    try:
+        settings = Settings()
+    except ValidationError as error:
+        first = first_complaint(error.errors(include_url=False))
+        declared = Settings.model_fields[first.place]
+        # A key, or a password in an address, is not for a terminal.
+        secret = "SecretStr" in str(declared.annotation)
+        # "Input should be a valid integer, unable to parse …"
+        bounds = first.message.removeprefix("Input should be ").partition(", unable")[0]
+        raise InputError(
+            f"JOULEPATH_{first.place.upper()}",
+            problem_of(first, "cannot be used"),
+            value=None if secret else first.value,
+            accepted=f"{declared.description}; {bounds}",
+        ) from None
+    if settings.data_dir is not None and not settings.data_dir.is_dir():
+        raise InputError(
+            "JOULEPATH_DATA_DIR",
+            "is not a folder",
+            value=str(settings.data_dir),
+            accepted="a folder with maps, vehicles and models, or none",
+        )
+    return settings

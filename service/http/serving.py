@@ -14,7 +14,7 @@ from planner.errors import InputError
 from service.http.app import create_app
 from service.http.keys import check_address
 from service.http.patience import PatientProtocol
-from service.settings import Settings
+from service.settings import read_settings
 from service.store import Store
 
 
@@ -22,10 +22,10 @@ def serve(*, host: str | None = None, port: int | None = None) -> None:
     """Serve until interrupted; arguments go before the environment's settings.
 
     Raises:
-        InputError: nothing can listen there; others could ask without a key; the store's folder
-            or its database cannot be used.
+        InputError: a setting cannot be used; nothing can listen there; others could ask without a
+            key; the store's folder or its database cannot be used.
     """
-    settings = Settings()
+    settings = read_settings()
     host = host or settings.host
     port = settings.port if port is None else port
     check_free(host, port)

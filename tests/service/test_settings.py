@@ -7,7 +7,9 @@ import os
 import pytest
 from pydantic import ValidationError
 
-from service.settings import Settings
+from planner.errors import InputError
+from service.cli import run
+from service.settings import Settings, read_settings
 
 
 def test_keys_stand_between_commas(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -33,3 +35,32 @@ def test_what_is_out_of_bounds_is_refused(
     monkeypatch.setenv(f"JOULEPATH_{name}", value)
     with pytest.raises(ValidationError):
         Settings()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "sentence"),
+    [
+        ("WORKERS", "x", "JOULEPATH_WORKERS: is not a whole number (got 'x'); accepted: processes"),
+        ("PORT", "70000", "JOULEPATH_PORT: is too large (got '70000'); accepted: port to listen"),
+        (
+            "LOG_LEVEL",
+            "loud",
+            "JOULEPATH_LOG_LEVEL: is none of the choices (got 'loud'); ",
+        ),
+        ("DATA_DIR", "/none", "JOULEPATH_DATA_DIR: is not a folder (got '/none'); accepted: a "),
+        ("API_KEYS", "sécret", "JOULEPATH_API_KEYS: cannot be used; accepted: keys that open"),
+    ],
+)
+def test_a_wrong_setting_is_one_sentence_of_serve(
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    name: str,
+    value: str,
+    sentence: str,
+) -> None:
+    monkeypatch.setenv(f"JOULEPATH_{name}", value)
+    assert run(["serve"]) == 2
+    assert sentence in capsys.readouterr().err
+    with pytest.raises(InputError) as refusal:
+        read_settings()
+    assert "sécret" not in str(refusal.value)
