@@ -70,7 +70,7 @@ class Untestable:
             z = self._beside(ranked, selected)
             if z > HINT and not ranked.member.sensor:
                 but = (
-                    "held-out rows do not bear it out"
+                    "a later check does not confirm it"
                     if ranked.name in chosen
                     else "too little to name it"
                 )
