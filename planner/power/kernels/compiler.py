@@ -18,10 +18,11 @@ import tempfile
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 import numba
+from numba.extending import register_jitable
 
 from planner import quantities
 from planner.code_cache import KERNEL_PREFIX, cache_base
@@ -36,6 +37,11 @@ _MADE_BY = {
     *(idle_lines, specialise, stages),
 }
 """Modules besides the effects' own that a kernel's text, or what it calls, follows from."""
+
+# Plain functions for those who compile nothing; kernels call them compiled.
+for formula_function in vars(kernel_math).values():
+    if isinstance(formula_function, FunctionType):
+        register_jitable(cache=True)(formula_function)
 
 
 def cache_folder() -> Path:
