@@ -12,25 +12,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import typer
 
 import planner
 from planner.errors import RequestError
-from planner.search.requests import (
-    FrontRequest,
-    MatrixRequest,
-    PlanRequest,
-    ReachRequest,
-    SituationRequest,
-)
-from planner.search.route_graph import GraphRequest, read_graph
 from service import documents, formats
 from service.cli.tables import tell
 from service.cli.terminal import Json, Report, Verbose, check_places, working
 
-Asked = TypeVar("Asked", bound=SituationRequest)
+if TYPE_CHECKING:
+    from planner.search.requests import SituationRequest
+
+Asked = TypeVar("Asked", bound="SituationRequest")
 
 _STDIN = "The request; - reads it from stdin."
 _POSE = "X,Y[,YAW]"
@@ -93,7 +88,7 @@ def plan(
     asked = _plan_request(request, {k: v for k, v in given.items() if v is not None})
     # A bound that takes a time is not reproducible.
     if "certify_s" not in asked.model_fields_set and asked.iterations is None:
-        asked = PlanRequest.from_call(asked, {"certify_s": CERTIFY_S})
+        asked = planner.PlanRequest.from_call(asked, {"certify_s": CERTIFY_S})
     with working() as how:
         answer = planner.plan_route(asked, **how)
     by_ending = formats.ENDINGS.get(out.suffix.lower(), "json") if out else "json"
@@ -148,6 +143,8 @@ def graph(
 
     Example: joulepath graph warehouse nodes.geojson --corridor 1 --out energies.geojson
     """
+    from planner.search.route_graph import GraphRequest, read_graph
+
     check_places(out)
     given = {
         "map": map_,
@@ -190,7 +187,7 @@ def compare_planners(
     from planner.search.ompl import compare_planners as compare
 
     check_places(out, report)
-    asked = request_from(request, PlanRequest)
+    asked = request_from(request, planner.PlanRequest)
     with working() as how:
         found = compare(asked, seconds=seconds_, runs=runs, **how)
     document = found.to_json()
@@ -200,16 +197,16 @@ def compare_planners(
     tell("compare-planners", document, json_, out, report)
 
 
-def _command(
-    name: str, function: str, kind: type[SituationRequest], help_: str
-) -> Callable[..., None]:
+def _command(name: str, function: str, kind: str, help_: str) -> Callable[..., None]:
     """A command that answers the request in a file by a function of the planner."""
 
     def ask(
         request: RequestFile, out: Out = None, json_: Json = False, verbose: Verbose = False
     ) -> None:
+        from planner.search import requests
+
         check_places(out)
-        asked = request_from(request, kind)
+        asked = request_from(request, getattr(requests, kind))
         with working() as how:
             document = getattr(planner, function)(asked, **how).to_json()
         write_document(document, out)
@@ -223,9 +220,9 @@ def _command(
 VERBS: tuple[Callable[..., None], ...] = (
     plan,
     graph,
-    _command("matrix", "energy_matrix", MatrixRequest, "Energies from each start to each goal."),
-    _command("reach", "reachable_area", ReachRequest, "Area within range of an energy."),
-    _command("front", "energy_time_front", FrontRequest, "Pareto front of duration and energy."),
+    _command("matrix", "energy_matrix", "MatrixRequest", "Energies from each start to each goal."),
+    _command("reach", "reachable_area", "ReachRequest", "Area within range of an energy."),
+    _command("front", "energy_time_front", "FrontRequest", "Pareto front of duration and energy."),
     compare_planners,
 )
 
@@ -236,12 +233,12 @@ def write_document(document: Mapping[str, Any], path: Path | None) -> None:
         documents.write_whole(path, documents.strict(document) + "\n")
 
 
-def _plan_request(path: Path | None, given: dict[str, Any]) -> PlanRequest:
+def _plan_request(path: Path | None, given: dict[str, Any]) -> planner.PlanRequest:
     """The request from a file or stdin, overridden by the options."""
     if path is not None:
-        return request_from(path, PlanRequest, given)
+        return request_from(path, planner.PlanRequest, given)
     if given:
-        return PlanRequest.from_json(given)
+        return planner.PlanRequest.from_json(given)
     accepted = "REQUEST.json, or --map, --start and --goal"
     raise RequestError("request", "is missing", accepted=accepted)
 

@@ -27,11 +27,17 @@ def test_catalogues_are_lists_of_named_objects(command: str) -> None:
     assert all(name in table.stdout for name in names)
 
 
-@pytest.mark.parametrize("asked", ["maps", "--help", "plan --help"])
+@pytest.mark.parametrize(
+    "asked",
+    [
+        *("maps", "effects", "vehicles", "vehicles new", "vehicles minibalance --toml"),
+        *("--help", "plan --help"),
+    ],
+)
 def test_what_needs_no_kernel_loads_no_compiler(asked: str) -> None:
     script = (
         "import sys; from service.cli import run\n"
-        "heavy = {'numba', 'scipy', 'ompl', 'fastapi', 'rasterio'}\n"
+        "heavy = {'numba', 'scipy', 'ompl', 'fastapi', 'rasterio', 'planner.search.requests'}\n"
         f"try: run({asked.split()!r})\n"
         "finally: sys.exit(bool(heavy & {*sys.modules}))"
     )
