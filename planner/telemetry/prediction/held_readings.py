@@ -36,7 +36,7 @@ CUT_QUANTILE = 0.9
 """Quantile at which squared changes are cut, so that no few steps decide."""
 SLOW_ROWS = 15
 """Rows of the mean that is taken off: changes are larger while a robot speeds up."""
-MOST_MULTIPLE = 4
+MOST_MULTIPLE = 8
 """A peak may be a harmonic: its period, and this many times it at most, are tried."""
 LEAST_RUN = 20
 """Rows of a run whose changes count."""
@@ -111,7 +111,12 @@ def _regular(log: Telemetry) -> tuple[float, ...]:
     near = (peak + np.linspace(-1.0, 1.0, NEAR_PEAK)) / (count * step)
     fine = near[np.argmax([_power(log, runs, each) for each in near])]
     periods = np.arange(1, MOST_MULTIPLE + 1) / fine
-    return tuple(float(p) for p in periods if p <= LONGEST_HOLD * interval)
+    return tuple(
+        float(p)
+        for p in periods
+        # All harmonics of a long hold are peaks, the first one too.
+        if p <= LONGEST_HOLD * interval or _power(log, runs, 1.0 / p) > LEAST_POWER * chance
+    )
 
 
 def _power(log: Telemetry, runs: list[tuple[int, int]], frequency: float) -> float:
@@ -138,19 +143,37 @@ def _changes(log: Telemetry, start: int, stop: int) -> Array:
 def _moment(log: Telemetry, period: float) -> Array:
     """(n,) periods since a reading; a new one begins at each whole number."""
     turns = log.time / period
-    early = 0.5 * float(np.median(log.interval)) / period if len(log) else 0.0
-    own: list[tuple[slice, complex, bool]] = []
+    row = float(np.median(log.interval)) / period if len(log) else 0.0
+    own: list[tuple[slice, complex, float | None]] = []
     for start, stop in pieces_of(log.run):
-        if stop - start < LEAST_RUN:
-            own.append((slice(start, stop), 0j, False))
-            continue
-        change = _changes(log, start, stop)
-        together = complex(change @ np.exp(2j * np.pi * turns[start:stop]))
-        sure = abs(together) ** 2 > OWN_PHASE * float(change @ change)
-        own.append((slice(start, stop), together, sure))
-    usual = sum((together for _, together, _ in own), 0j)
+        rows, together, begins = slice(start, stop), 0j, None
+        if stop - start >= LEAST_RUN:
+            change = _changes(log, start, stop)
+            together = complex(change @ np.exp(2j * np.pi * turns[rows]))
+            if abs(together) ** 2 > OWN_PHASE * float(change @ change):
+                begins = _begin(turns[rows], change, _turn(together) - 0.5 * row, row)
+        own.append((rows, together, begins))
+    usual = _turn(sum((together for _, together, _ in own), 0j)) - 0.5 * row
     moment = np.empty(len(log))
-    for rows, together, sure in own:
-        phase = np.angle(together if sure else usual) / (2.0 * np.pi)
-        moment[rows] = turns[rows] - phase + early
+    for rows, _, begins in own:
+        moment[rows] = turns[rows] - (usual if begins is None else begins)
     return moment
+
+
+def _turn(together: complex) -> float:
+    return float(np.angle(together)) / (2.0 * np.pi)
+
+
+def _begin(turns: Array, change: Array, about: float, row: float) -> float:
+    """Where periods begin, near ``about``, so that new readings have the largest changes.
+
+    A few large changes shift the phase of one frequency by a row.
+
+    Args:
+        turns: (m,) time of each row in periods.
+        change: (m,) W², as of _changes.
+        about, row: periods; ``row`` is what a row lasts.
+    """
+    near = about + row * np.arange(-2 * BINS, 2 * BINS + 1) / BINS
+    sums = [float(change[1:][np.diff(np.floor(turns - each)) != 0.0].sum()) for each in near]
+    return float(near[np.isclose(sums, max(sums))].mean())
