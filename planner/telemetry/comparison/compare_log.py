@@ -49,6 +49,7 @@ from planner.telemetry.holdout import (
     overall_error,
     rms,
 )
+from planner.telemetry.late_tilt import with_prompt_tilt
 from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
@@ -191,6 +192,7 @@ def compare(
     start = starting_model(model)
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
+    source = with_prompt_tilt(source, start)
     fitted = not is_model(model)
     reading = _reading(source, start, fitted)
     settled, reading, sums, share = _settle(source, reading, start, fitted, watch)

@@ -12,12 +12,9 @@ from __future__ import annotations
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import followed_motions
 from planner.telemetry.holdout import metered_base_fit, overall_error
+from planner.telemetry.late_tilt import CLEARLY_LESS
 from planner.telemetry.logs import Finding, Meter, same_meter
 from planner.telemetry.sampling import LogSource
-
-CLEARLY_LESS = 0.98
-"""Held-out error over that of the usual reading, or with its meter, below which another one is
-believed; smaller differences are scatter between choices of the held-out runs."""
 
 
 def best_reading(source: LogSource, start: PowerModel) -> LogSource:

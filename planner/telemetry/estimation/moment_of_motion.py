@@ -10,6 +10,8 @@ motion must also lead what averaging the rows' own motion brings: that would be 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from planner.power.model import PowerModel
@@ -21,19 +23,24 @@ from planner.telemetry.sampling import LogSource
 
 
 def followed_motions(
-    source: LogSource, model: PowerModel, *, settled: bool = False
+    source: LogSource,
+    model: PowerModel,
+    motions: Sequence[LogSource] | None = None,
+    *,
+    settled: bool = False,
 ) -> list[LogSource]:
     """The log with motions that its power follows clearly more than that of its rows.
 
     Args:
         source: the log as read.
         model: what is known of the power.
+        motions: the log with these; None takes those of ``source.motions``.
         settled: the model is taken as it is; otherwise it is fitted first.
 
     Returns:
         The log in these readings, the likeliest first.
     """
-    usual, motions = source.steady().sample, source.motions()
+    usual, motions = source.steady().sample, source.motions() if motions is None else motions
     if not motions:
         return []
     if not settled:

@@ -26,6 +26,7 @@ from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms.sensor_errors import SENSORS
 from planner.telemetry.prediction import predict
+from planner.telemetry.sampling import with_earlier_tilt
 
 SHEET_SHARE = 0.05
 """Standard deviation of a data sheet's mass and lengths where the file states none, as a share."""
@@ -35,9 +36,6 @@ TILT = 0.003
 """rad; usual error of a tilt sensor that was levelled."""
 LAG = 0.1
 """s; usual time by which an inertial sensor's filter makes pitch and roll late."""
-_ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
-_READ_AS = {"pitch", "roll", "gravity_x", "gravity_y"}
-"""Columns that pitch and roll act by, and are logged in."""
 SCALE = 0.01
 """Usual error of a scale of the odometry, and of vy against vx, whose rollers slip."""
 TURN_SCALE = 0.01
@@ -130,17 +128,6 @@ def _tilted(kind: str) -> Callable[[Telemetry, float], Telemetry]:
     return change
 
 
-def _late_attitude(log: Telemetry, lag: float) -> Telemetry:
-    """As pitch and roll would be without a filter that makes them late by ``lag``, s."""
-    rows = log.rows.copy()
-    for name in _ATTITUDE if _READ_AS & log.present else ():
-        column = rows[:, INDEX[name]]
-        for start, stop in log.segments():
-            time = log.time[start:stop]
-            column[start:stop] = np.interp(time + lag, time, column[start:stop])
-    return replace(log, rows=rows)
-
-
 _SENSORS: tuple[tuple[float, Callable[[Telemetry, float], Telemetry]], ...] = (
     (SCALE, _scaled("vx", "vy", "ax", "ay")),
     (SCALE, _scaled("vy", "ay")),
@@ -150,7 +137,7 @@ _SENSORS: tuple[tuple[float, Callable[[Telemetry, float], Telemetry]], ...] = (
     (USUAL_TURN, SENSORS["heading_misalignment"].correct),
     (BIAS, _biased("ax")),
     (BIAS, _biased("ay")),
-    (LAG, _late_attitude),
+    (LAG, with_earlier_tilt),
 )
 LATE_ROWS, LATEST = 0.5, 0.06
 """Rows, and s at most, by which the power may be late or early against the motion: what a row's

@@ -1,6 +1,7 @@
-"""Motion as it was before a filter of the odometry made it late.
+"""Motion as it was before a filter of odometry or of a tilt sensor made it late.
 
     log = with_undone_lag(log, 0.2)      # speeds 0.2 s of a first-order filter earlier
+    log = with_earlier_tilt(log, 0.1)    # pitch and roll 0.1 s earlier
 
 Fused odometry, such as that of a Kalman filter, follows the motion with a delay. A power that leads
 its motion is no meter's doing, and what it needs at every change of speed looks like an effect of
@@ -10,8 +11,11 @@ times the change of that.
 
 The power says whether it is so (planner.telemetry.estimation.moment_of_motion).
 
+Pitch and roll of an inertial sensor come from a filter of their own. Between rows of a bumpy ground
+undoing it would be noise; what it does most is a delay.
+
 Left out
-    accelerations that were measured, which no odometry delays; tilts, which another filter may.
+    accelerations that were measured, which no odometry delays.
 """
 
 from __future__ import annotations
@@ -23,6 +27,10 @@ import numpy as np
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations, slopes_of
+
+_ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
+_READ_AS = {"pitch", "roll", "gravity_x", "gravity_y"}
+"""Columns that pitch and roll act by, and are logged in."""
 
 
 def with_undone_lag(log: Telemetry, lag: float) -> Telemetry:
@@ -41,4 +49,26 @@ def with_undone_lag(log: Telemetry, lag: float) -> Telemetry:
     rows[:, speeds] += lag * slopes
     slopes += lag * slopes_of(log, slopes)
     put_accelerations(log, rows, np.arange(len(log)), slopes)
+    return replace(log, rows=rows)
+
+
+def has_tilt(log: Telemetry) -> bool:
+    """Whether pitch or roll were measured, and change."""
+    columns = [INDEX[name] for name in _ATTITUDE]
+    return bool(_READ_AS & log.present and np.any(log.rows[:, columns] != log.rows[:1, columns]))
+
+
+def with_earlier_tilt(log: Telemetry, lag: float) -> Telemetry:
+    """The log with pitch and roll as they would be without a filter that makes them late.
+
+    Args:
+        log: the rows; without a tilt sensor they stay as they are.
+        lag: s, time constant of the filter.
+    """
+    rows = log.rows.copy()
+    for name in _ATTITUDE if has_tilt(log) else ():
+        column = rows[:, INDEX[name]]
+        for start, stop in log.segments():
+            time = log.time[start:stop]
+            column[start:stop] = np.interp(time + lag, time, column[start:stop])
     return replace(log, rows=rows)

@@ -32,7 +32,7 @@ from planner.telemetry.logs import (
     pieces_of,
 )
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
-from planner.telemetry.sampling.late_odometry import with_undone_lag
+from planner.telemetry.sampling.late_odometry import has_tilt, with_earlier_tilt, with_undone_lag
 from planner.telemetry.sampling.noisier_motion import with_more_noise
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
@@ -47,6 +47,8 @@ FEWEST_ROWS = 10
 """Rows of a log that anything is fitted to: more than a base model has parameters."""
 LAGS = (0.1, 0.2)
 """s of filters of the odometry that are tried; a meter's delay takes what is between them."""
+TILT_LAGS = (0.05, 0.1, 0.15, 0.2, 0.25)
+"""s by which pitch and roll may be late."""
 NOISIER_COPIES = 2
 """Copies of a log with noise added, over which the chance of what was added averages out."""
 
@@ -66,6 +68,7 @@ class LogSource:
         half_width: s on either side of a row that its motion is smoothed over; 0 for none.
         ahead: whether the motion is that between each row and the next.
         lag: s of a filter of the odometry that is undone; 0 for none.
+        tilt_lag: s by which pitch and roll were late; they are earlier in ``sample`` and chunks.
     """
 
     sample: Telemetry
@@ -79,6 +82,7 @@ class LogSource:
     half_width: float = 0.0
     ahead: bool = False
     lag: float = 0.0
+    tilt_lag: float = 0.0
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -118,6 +122,14 @@ class LogSource:
     def with_meter(self, meter: Meter | None) -> LogSource:
         """The same log, its power read from a meter."""
         return replace(self, sample=replace(self.sample, meter=meter))
+
+    def earlier_tilts(self) -> tuple[LogSource, ...]:
+        """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
+        return tuple(
+            replace(self, sample=with_earlier_tilt(self.sample, lag), tilt_lag=lag)
+            for lag in TILT_LAGS
+            if has_tilt(self.sample)
+        )
 
     def with_findings(self, findings: Sequence[Finding]) -> LogSource:
         """The same log, its report longer by what showed only beside a model."""
@@ -186,7 +198,9 @@ class LogSource:
         if self.complete:
             yield self.sample
         else:
-            yield from map(self.reading_of, _whole_runs(self._read()))
+            for chunk in _whole_runs(self._read()):
+                earlier = with_earlier_tilt(chunk, self.tilt_lag) if self.tilt_lag else chunk
+                yield self.reading_of(earlier)
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
@@ -200,7 +214,7 @@ class LogSource:
     def content(self) -> str:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
-        reading = self.steady_rows, self.half_width, self.ahead, self.lag
+        reading = self.steady_rows, self.half_width, self.ahead, self.lag, self.tilt_lag
         said = self.mapping, *reading, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())

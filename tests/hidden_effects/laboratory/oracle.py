@@ -10,7 +10,8 @@ that it knows which effects act, what a mechanism outside the catalogue adds, an
 model the data sheet leaves out. It does not know the errors of odometry, IMU, clock and data sheet:
 nobody does.
 
-It reads the motion in every way that a diagnosis tries, and as it was logged. Each time the power
+It reads the motion in every way that a diagnosis tries, and as it was logged; where an inertial
+sensor is late, also with angles that are earlier by about that. Each time the power
 is passed through the true meter, and the product's own fit looks for a meter, too: one that is not
 there may take away noise of the motion. What predicts best counts, so that a floor is below every
 answer that knows less.
@@ -82,7 +83,13 @@ class Oracle:
     def of(cls, log: Log) -> Oracle:
         """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
         read = open_source(Telemetry.read(log.path, log.mapping))
-        rows = {(s.steady_rows, s.half_width): s.sample for s in (read, *read.readings())}
+        lag = log.truth.instruments.angle_lag
+        tilts = sorted((read, *read.earlier_tilts()), key=lambda s: abs(s.tilt_lag - lag))
+        rows = {
+            (tilt.tilt_lag, s.steady_rows, s.half_width): s.sample
+            for tilt in {id(each): each for each in (read, tilts[0])}.values()
+            for s in (tilt, *tilt.readings())
+        }
         start = _with_what_is_there(starting_model(log.sheet), starting_model(log.robot))
         slugs = [slug for slug in log.truth.hidden if slug in log.truth.there]
         told = _told(start, log, slugs, read.sample)

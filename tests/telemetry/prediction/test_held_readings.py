@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -27,8 +28,10 @@ def held(log, period: float, phases, noise: float, seed: int = 4):
     return replace(log, power=watts), number
 
 
-@pytest.mark.parametrize("rows", [2.0, 3.0, 5.0, 2.6])
-@pytest.mark.parametrize("phases", [(0.1,), (0.1, 0.4, 0.9)])
+@pytest.mark.parametrize(
+    ("rows", "phases"),
+    [*product([2.0, 3.0, 5.0, 2.6], [(0.1,), (0.1, 0.4, 0.9)]), (10.0, (0.1,))],
+)
 def test_a_period_is_found_behind_noise(motion, rows, phases):
     """The changes are twenty times the noise's; runs may have phases of their own."""
     log, number = held(motion, rows * ROW, phases, noise=1.0)
