@@ -69,7 +69,7 @@ class Meter(_Open):
     """value and stderr of a first-order filter"""
     delay_s: dict[str, float | None]
     """value and stderr; a positive delay is a reading that comes late"""
-    sampling: Literal["mean", "end", "held"]
+    sampling: Literal["mean", "end", "held", "window"]
     """a row's reading is its mean, that of its end, or one held from an earlier row"""
     sentence: str
 

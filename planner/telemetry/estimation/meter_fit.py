@@ -209,7 +209,7 @@ def with_meter(
     """The log with the meter that its power was read from.
 
     Args:
-        log: the rows; their meter is estimated anew.
+        log: the rows; their meter is estimated anew. One that averages evenly may do so again.
         model: around which the power is linear.
         places: numbers of its parameters that may take what they can.
         beside: (n, m) W per unit, columns of effects that may be missing.
@@ -218,11 +218,13 @@ def with_meter(
     Returns:
         The log; without a meter where it does not clearly show one.
     """
+    evenly = log.meter is not None and log.meter.sampling == "window"
     log = replace(log, meter=None)
     # A constant power shows no motion, late or averaged: the longest filter would fit it best.
     if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
         return log
-    return replace(log, meter=_believed(_Search.beside(log, model, places, beside), filtering))
+    search = _Search.beside(log, model, places, beside)
+    return replace(log, meter=_believed(search, filtering, evenly))
 
 
 def likelihoods(
@@ -250,7 +252,7 @@ def likelihoods(
     return found
 
 
-def _believed(search: _Search, filtering: bool) -> Meter | None:
+def _believed(search: _Search, filtering: bool, evenly: bool) -> Meter | None:
     interval = search.interval
     nothing = search.rows(None)
     kinds = search.kinds()
@@ -262,7 +264,7 @@ def _believed(search: _Search, filtering: bool) -> Meter | None:
     ]
     filters = [
         replace(kind, time_constant_s=rows * interval)
-        for kind in kinds
+        for kind in ([Meter(sampling="window")] if evenly else kinds)
         for rows in TIME_CONSTANTS
         if filtering and rows * interval <= Meter.LONGEST_LAG
     ]
@@ -272,7 +274,8 @@ def _believed(search: _Search, filtering: bool) -> Meter | None:
     plain, plain_score = search.best(delays, DELAY)
     late, meter, score = False, plain, plain_score
     if filtering:
-        meter, score = search.best([*filters, replace(plain, time_constant_s=interval)], *BOTH)
+        after_plain = [] if evenly else [replace(plain, time_constant_s=interval)]
+        meter, score = search.best([*filters, *after_plain], *BOTH)
         late = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
     if late and score - plain_score > FILTER_GAIN:
         found = _at_known_moment(search, meter, *BOTH)

@@ -32,6 +32,8 @@ from planner.telemetry.other_terms import Dictionary, given_columns
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import Nodes, Readings, tangent
 
+EVENLY = Meter(sampling="window")
+"""Asks for an even mean in the place of a filter."""
 MOST_ROUNDS = 3
 """Rounds of fitting the meter and the parameters."""
 TIME_CONSTANT_STEPS = (1.15, 1.05)
@@ -79,7 +81,14 @@ def metered_base_fit(
             fitted = base_fit(metered, start)
             found = (metered, fitted) if heldout_rmse(metered, fitted) < error else found
     log, whitened = found
-    return predicting_best(start, log, _evenly_if_better(log, start, whitened))
+    found = predicting_best(start, log, _evenly_if_better(log, start, whitened))
+    if filtering:
+        # Errors of the motion ask for an even mean as well, but then new runs do not.
+        metered = meter_beside(replace(log, meter=EVENLY), found[1].model)
+        if metered.meter is not None:
+            even = metered_base_fit(log, start, (metered.meter,))
+            found = even if heldout_rmse(*even) < CLAIMED_RATIO * heldout_rmse(*found) else found
+    return found
 
 
 def predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Telemetry, Fit]:
@@ -94,12 +103,16 @@ def predicting_best(start: PowerModel, log: Telemetry, fitted: Fit) -> tuple[Tel
     meter = log.meter
     if meter is None or not (moves := _moves(log, meter)):
         return log, fitted
+    likeliest, usual = meter.time_constant_s, meter.time_constant_shift_s
     first = error = overall_error(log, fitted)
     before, best = heldout_residual(log, fitted), (log, fitted)
     for factor, later in moves:
         # A power that hardly follows the motion is predicted better by every longer filter.
         while factor * meter.time_constant_s <= Meter.LONGEST_LAG:
-            tried = meter.with_number("time_constant_s", factor * meter.time_constant_s)
+            tau = factor * meter.time_constant_s
+            # Rows and new runs disagree: each may be wrong by half of that.
+            shift = math.hypot(usual, 0.5 * (tau - likeliest))
+            tried = replace(meter, time_constant_s=tau, time_constant_shift_s=shift)
             tried = tried.with_number("delay_s", meter.delay_s + later)
             found = metered_base_fit(log, start, (tried,))
             if (less := overall_error(*found)) >= error:
@@ -189,15 +202,15 @@ def meter_beside(
     """The log with the meter that it shows beside a model and plain shapes.
 
     Args:
-        log: the rows.
+        log: the rows; as for ``with_meter``.
         model: what is known of the power.
         places: numbers of its free parameters; None takes all that may be fitted.
         filtering: as for ``with_meter``.
         dictionary: the plain shapes; None takes those that change gradually.
     """
-    log = replace(log, meter=None)
-    places = free_places(model, log) if places is None else places
-    watts, own = tangent(model, Nodes.of(log, model), places)
-    shapes = (dictionary or Dictionary.of(log).gradual).columns(log.rows)
+    plain = replace(log, meter=None)
+    places = free_places(model, plain) if places is None else places
+    watts, own = tangent(model, Nodes.of(plain, model), places)
+    shapes = (dictionary or Dictionary.of(plain).gradual).columns(log.rows)
     chosen = strongest_columns(log.power - watts, own, shapes)
     return with_meter(log, model, places, shapes[:, chosen], filtering=filtering)

@@ -14,7 +14,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
-Sampling = Literal["mean", "end", "held"]
+Sampling = Literal["mean", "end", "held", "window"]
 SAME_PERIOD = 0.01
 """Share by which estimates of one period may differ."""
 NO_DELAY = 1e-9
@@ -30,7 +30,8 @@ class Meter:
     Attributes:
         time_constant_s, delay_s: of the filter, and by how much later the reading comes.
         sampling: a row's reading is its "mean", that of its "end", or one "held" from the last row
-            in which a slower meter had a new one.
+            in which a slower meter had a new one. That of a "window" is no filter's but an even
+            mean over time_constant_s before the row's end.
         time_constant_error_s, delay_error_s: standard errors by the power's noise alone; 0 for
             what was not fitted.
         time_constant_shift_s: what the motion's noise and the data sheet add to the first.
@@ -56,7 +57,7 @@ class Meter:
     def half_a_row_later(self, interval: float) -> Meter:
         """The same meter beside a motion that is half a row of ``interval`` s earlier."""
         lag = self.delay_s - 0.5 * interval
-        if self.sampling == "held":
+        if self.sampling in ("held", "window"):
             return replace(self, delay_s=lag)
         # What leads the mean of its row by half a row is read at its end.
         lag -= 0.5 * interval * (self.sampling == "end")
@@ -80,14 +81,14 @@ class Meter:
         """What the meter does, in words."""
         said = []
         if self.time_constant_s > 0.0:
-            said.append(
-                f"averages over {_seconds(self.time_constant_s, self.time_constant_stderr_s)}"
-            )
+            over = _seconds(self.time_constant_s, self.time_constant_stderr_s)
+            said.append(f"averages {'evenly ' * (self.sampling == 'window')}over {over}")
         if abs(self.delay_s) > self.delay_error_s:
             late = "lags" if self.delay_s > 0.0 else "leads"
             said.append(f"{late} the motion by {_seconds(abs(self.delay_s), self.delay_error_s)}")
         moment = {
             "mean": "",
+            "window": "",
             "end": "is read at the end of each row",
             "held": f"holds each reading for {self.period_s:.3g} s"
             if self.period_s

@@ -1,4 +1,4 @@
-"""What a meter shows of a power: a first-order filter with a delay, linear in the power.
+"""What a meter shows of a power: a filter or an even mean, with a delay, linear in the power.
 
     readings = Readings.of(log)              # None where the log's meter does nothing
     readings.change(columns)                 # (n, m) W per unit, as the meter shows them
@@ -29,6 +29,43 @@ STEP_SHARE = 0.05
 """Step of a derivative over the time constant or over the interval of a row."""
 
 
+class _Window(NamedTuple):
+    """An even mean over ``seconds`` before each row's moment.
+
+    Attributes:
+        low, share: (n,) it begins between row ``low`` and the next, or with the stretch.
+        step: (n,) s since the row before; 0 where a stretch begins.
+        missing: (n,) share of it before the stretch.
+    """
+
+    low: Integers
+    share: Array
+    step: Array
+    missing: Array
+    seconds: float
+
+    @classmethod
+    def of(cls, log: Telemetry, time: Array, seconds: float) -> _Window:
+        low, share = np.zeros(len(log), np.int64), np.zeros(len(log))
+        step, missing = np.diff(time, prepend=time[0]), np.zeros(len(log))
+        for start, stop in log.segments():
+            own, step[start] = time[start:stop], 0.0
+            place = np.interp(own - seconds, own, np.arange(start, stop))
+            low[start:stop] = place.astype(np.int64)
+            share[start:stop] = place - low[start:stop]
+            missing[start:stop] = np.maximum(1.0 - (own - own[0]) / seconds, 0.0)
+        return cls(low, share, step, missing, seconds)
+
+    def mean(self, columns: Array) -> Array:
+        """(n, m) of columns (n, m), which are 0 before each stretch."""
+        trapezes = np.zeros(columns.shape)
+        trapezes[1:] = 0.5 * (columns[1:] + columns[:-1]) * self.step[1:, None]
+        total = np.cumsum(trapezes, axis=0)
+        low, share = total[self.low], self.share[:, None]
+        begun = low + share * (total[np.minimum(self.low + 1, len(total) - 1)] - low)
+        return np.asarray((total - begun) / self.seconds)
+
+
 class Readings(NamedTuple):
     """The rows of a log as its meter shows them.
 
@@ -38,6 +75,7 @@ class Readings(NamedTuple):
         begins: (n,) whether a row begins a stretch.
         held: (n,) row whose reading a row shows.
         carried: (n,) W that is left of what the meter showed before each stretch.
+        window: of a meter that averages evenly.
     """
 
     low: Integers
@@ -48,6 +86,7 @@ class Readings(NamedTuple):
     begins: Mask
     held: Integers
     carried: Array
+    window: _Window | None = None
 
     @classmethod
     def of(cls, log: Telemetry, taken: Integers | None = None) -> Readings | None:
@@ -80,13 +119,18 @@ class Readings(NamedTuple):
                 share[start:stop] = place - low[start:stop]
         step = np.maximum(step, 1e-9)
         keep, ramp = np.zeros(count), np.zeros(count)
-        if (tau := meter.time_constant_s) > 0.0:
+        tau, even = meter.time_constant_s, meter.sampling == "window"
+        if tau > 0.0 and not even:
             keep, ramp = np.exp(-step / tau), tau / step * -np.expm1(-step / tau)
         now = np.where(begins, 1.0 - keep, 1.0 - ramp)
         before = np.where(begins, 0.0, ramp - keep)
-        carried = np.zeros(count)
+        carried, window = np.zeros(count), None
         _carry(keep, begins, log.power, carried)
-        return cls(low, share, keep, before, now, begins, taken, carried[taken])
+        if tau > 0.0 and even:
+            window = _Window.of(log, middle, tau)
+            first = np.maximum.accumulate(np.where(begins, np.arange(count), 0))
+            carried = window.missing * log.power[first]
+        return cls(low, share, keep, before, now, begins, taken, carried[taken], window)
 
     @staticmethod
     def taken_in(log: Telemetry) -> Integers:
@@ -106,6 +150,8 @@ class Readings(NamedTuple):
         """(n, m) columns of power as the meter shows them, from (n, m)."""
         shown = np.empty(columns.shape)
         _filter(np.ascontiguousarray(columns), *self[:6], shown)
+        if self.window is not None:
+            return self.window.mean(shown)
         return shown[self.held] if np.any(np.diff(self.held) != 1) else shown
 
     def shown(self, watts: Array) -> Array:

@@ -95,3 +95,24 @@ def test_a_held_reading_may_be_of_the_row_before(motion, robot, base):
     # One that is right stays.
     right = metered_base_fit(log, base, (late,))
     assert metered.predicting_best(base, *right)[0].meter == late
+
+
+@pytest.mark.parametrize("rows", [2.0, 4.0])
+def test_an_even_mean_is_no_filter_and_a_filter_no_even_mean(motion, robot, base, rows):
+    window = Meter(rows * float(motion.interval[0]), sampling="window")
+    log, _ = metered_base_fit(shown_by(window, motion, robot), base)
+    assert log.meter.sampling == "window"
+    assert log.meter.time_constant_s == pytest.approx(window.time_constant_s, rel=0.1)
+    assert "averages evenly" in log.meter.sentence
+    behind, _ = metered_base_fit(shown_by(Meter(0.5 * rows), motion, robot), base)
+    assert behind.meter.sampling != "window"
+
+
+def test_where_rows_and_new_runs_disagree_a_time_constant_is_less_sure(motion, robot, base):
+    """What rows are likeliest by is moved on purpose: half of the way is an error, too."""
+    log, _ = metered_base_fit(shown_by(Meter(0.6), motion, robot), base)
+    wrong = replace(log, meter=replace(log.meter, time_constant_s=0.3))
+    fit = metered_base_fit(wrong, base, (wrong.meter,))
+    moved, _ = metered.predicting_best(base, *fit)
+    assert moved.meter.time_constant_s > 0.5
+    assert moved.meter.time_constant_stderr_s > 0.5 * (moved.meter.time_constant_s - 0.3)

@@ -54,6 +54,23 @@ def test_filter_is_that_of_fine_integration(motion, base, tau, delay):
     assert np.abs(shown - exact).max() < close * np.ptp(watts)
 
 
+@pytest.mark.parametrize("rows", [0.6, 3.7])
+def test_a_window_shows_the_mean_of_the_power_since_it_began(motion, base, rows):
+    """Between the ends of rows the power is linear; before a run there is its first reading."""
+    log = motion.take(slice(0, 220))
+    seconds = rows * float(log.interval[0])
+    log = behind(log, time_constant_s=seconds, sampling="window")
+    watts = predict(base, replace(log, meter=None))
+    shown, late = Readings.of(log).shown(watts), Readings.of(behind(log, sampling="end"))
+    for start, stop in log.segments():
+        time, ends = log.time[start:stop], late.shown(watts)[start:stop]
+        for k in range(stop - start):
+            fine = np.linspace(time[k] - seconds, time[k], 2001)
+            inside = np.where(fine < time[0], log.power[start], np.interp(fine, time, ends))
+            # Where a window begins, the power is taken as even between two rows.
+            assert shown[start + k] == pytest.approx(inside.mean(), abs=0.15 * np.ptp(watts) / rows)
+
+
 @pytest.mark.parametrize("sampling", ["mean", "held"])
 def test_no_filter_and_no_delay_show_the_power_itself(motion, base, sampling):
     delay = 0.0 if sampling == "mean" else 0.5 * float(motion.interval[0])
