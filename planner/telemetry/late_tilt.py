@@ -3,8 +3,8 @@
     source = with_prompt_tilt(open_source("ramp.csv"), start)     # as it was where they are not
 
 An inertial sensor's filter makes them late. Where the ground changes, the power then seems to lead
-the slope. That looks like a shorter meter, and like effects of rollers and of changing slopes. The
-power must be clearly likelier with earlier angles, and held-out runs decide by how much.
+the slope. That looks like a shorter meter, and like effects of rollers and of changing slopes. With
+earlier angles the power must be clearly likelier, and held-out runs be predicted better.
 """
 
 from __future__ import annotations
@@ -20,17 +20,20 @@ CLEARLY_LESS = 0.98
 believed; smaller differences are scatter between choices of the held-out runs."""
 
 
-def with_prompt_tilt(source: LogSource, start: PowerModel) -> LogSource:
+def with_prompt_tilt(source: LogSource, start: PowerModel, *, settled: bool = False) -> LogSource:
     """The log with pitch and roll of the moment that its power follows.
 
     Args:
         source: the log as read.
         start: the model as stated.
+        settled: as for ``followed_motions``.
     """
     earlier = {each.tilt_lag: each for each in source.earlier_tilts()}
-    followed = followed_motions(source, start, [each.steady() for each in earlier.values()])
-    if not followed:
+    motions = [each.steady() for each in earlier.values()]
+    # One of them is enough to see whether any is followed.
+    if not followed_motions(source, start, motions[1:2], settled=settled):
         return source
+    followed = followed_motions(source, start, motions, settled=settled)
     usual, likeliest = (
         overall_error(*metered_base_fit(each.sample, start))
         for each in (source.steady(), followed[0])

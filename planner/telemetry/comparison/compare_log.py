@@ -192,8 +192,8 @@ def compare(
     start = starting_model(model)
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
-    source = with_prompt_tilt(source, start)
     fitted = not is_model(model)
+    source = with_prompt_tilt(source, start, settled=not fitted)
     reading = _reading(source, start, fitted)
     settled, reading, sums, share = _settle(source, reading, start, fitted, watch)
     done = 0
