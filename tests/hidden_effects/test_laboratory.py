@@ -235,7 +235,6 @@ def test_another_drive_keeps_what_a_formula_promises(tmp_path: Path) -> None:
     assert promised == pytest.approx(kept, abs=0.04)
 
 
-@pytest.mark.xfail(reason="a late attitude among the usual errors hides the smaller of the two")
 @pytest.mark.nightly
 def test_of_two_effects_neither_stands_in_the_others_way(tmp_path: Path) -> None:
     """Each takes off much, and alone looks like a competing explanation of the other."""

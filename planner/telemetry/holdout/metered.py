@@ -87,7 +87,10 @@ def metered_base_fit(
         metered = meter_beside(replace(log, meter=EVENLY), found[1].model)
         if metered.meter is not None:
             even = metered_base_fit(log, start, (metered.meter,))
-            found = even if heldout_rmse(*even) < CLAIMED_RATIO * heldout_rmse(*found) else found
+            lacking = _lacking(*found)
+            errors = [_error_beside(*each, lacking) for each in (even, found)]
+            better = heldout_rmse(*even) < heldout_rmse(*found)
+            found = even if better and errors[0] < CLAIMED_RATIO * errors[1] else found
     return found
 
 
