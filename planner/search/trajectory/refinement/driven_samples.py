@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from planner.arrays import Array
 from planner.compiled_code import njit
@@ -19,7 +20,7 @@ from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
-from planner.search.trajectory.limit_checks import FINEST
+from planner.search.trajectory.limit_checks import FINEST, NEAR_A_LIMIT, coarse_pieces
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw import YawProfile
@@ -73,10 +74,15 @@ def driven_samples(
     acceleration, as the speeds change again after the yaw. The steepest ground of a step is among
     them, by which the speed profile checks it.
     """
-    rows, seconds, place, speed = _driven_rows(field, conditions, motion, SAMPLED_CELLS)
-    closer, _, close, pace = _driven_rows(field, conditions, motion, FINEST)
-    steady = closer.copy()
-    steady[:, [_AX, _AY]] = 0.0
+    rows, seconds, place, speed, _ = _driven_rows(
+        *(field, conditions, motion, pieces_of(field, motion, SAMPLED_CELLS))
+    )
+    coarse, _, _, _, step = _driven_rows(field, conditions, motion, coarse_pieces(field, motion))
+    pieces = np.zeros(len(motion.x) - 1, np.int64)
+    checked = step[_near(conditions, coarse, NEAR_A_LIMIT).any(axis=0)]
+    pieces[checked] = pieces_of(field, motion, FINEST)[checked]
+    closer, _, close, pace, _ = _driven_rows(field, conditions, motion, pieces)
+    as_driven, evenly = _near(conditions, closer, 1.0 - NEAR)
     middle = _middles(track)
     onwards = np.interp(middle, place, speed)
     turns = yaw.arriving[1:] - yaw.leaving[:-1]
@@ -84,28 +90,39 @@ def driven_samples(
         *(conditions.class_rows, conditions.wind, steps),
         *(yaw.leaving[:-1] + 0.5 * turns, turns, onwards),
     )
-    more = np.concatenate([closer, steady, steepest[steps.steep]])
-    at = np.concatenate([close, close, middle[steps.steep]])
-    paces = np.concatenate([pace, pace, onwards[steps.steep]])
-    found = conditions.model.power_and_limits(more)
-    near = (found[:, _LEAST_LOAD] <= 0.0) | (found[:, _TRACTION_LEFT] < NEAR)
-    near |= found[:, _CURRENT] > (1.0 - NEAR) * conditions.limits[1]
-    near |= found[:, _TORQUE] > (1.0 - NEAR) * conditions.steady.limits[3]
-    near[2 * len(closer) :] = True
-    places = np.append(place, at[near])
+    more = np.concatenate([closer[as_driven], _steady(closer[evenly]), steepest[steps.steep]])
+    at = np.concatenate([close[as_driven], close[evenly], middle[steps.steep]])
+    paces = np.concatenate([pace[as_driven], pace[evenly], onwards[steps.steep]])
+    places = np.append(place, at)
     order = np.argsort(places, kind="stable")
-    chosen = np.concatenate([rows, more[near]])[order]
+    chosen = np.concatenate([rows, more])[order]
     # Where the motion takes more than motors give for good, that was checked to be brief enough.
     # Samples with hardly any traction left may keep that, and take no more.
     before = conditions.model.power_and_limits(chosen)
     return DrivenSamples(
         chosen,
-        np.append(seconds, np.zeros(int(near.sum())))[order],
+        np.append(seconds, np.zeros(len(at)))[order],
         places[order],
-        np.append(speed, paces[near])[order],
+        np.append(speed, paces)[order],
         np.maximum(conditions.steady.limits[3], before[:, _TORQUE]),
         np.minimum(TRACTION_RESERVE, before[:, _TRACTION_LEFT] - SAME_GRIP),
     )
+
+
+def _near(conditions: OperatingConditions, rows: Array, share: float) -> NDArray[np.bool_]:
+    """(2, n) whether rows (n, ROW_LENGTH) use a share of a limit, as they are and evenly driven."""
+    found = conditions.model.power_and_limits(np.concatenate([rows, _steady(rows)]))
+    near = (found[:, _LEAST_LOAD] <= 0.0) | (found[:, _TRACTION_LEFT] < 1.0 - share)
+    near |= found[:, _CURRENT] > share * conditions.limits[1]
+    near |= found[:, _TORQUE] > share * conditions.steady.limits[3]
+    return near.reshape(2, -1)
+
+
+def _steady(rows: Array) -> Array:
+    """The same rows (n, ROW_LENGTH) without acceleration."""
+    steady = rows.copy()
+    steady[:, [_AX, _AY]] = 0.0
+    return steady
 
 
 def _middles(track: Track) -> Array:
@@ -136,10 +153,12 @@ def _steepest(class_rows: Any, wind: Any, steps: Any, yaw: Any, turns: Any, spee
 
 
 def _driven_rows(
-    field: CostField, conditions: OperatingConditions, motion: Motion, fineness: float
-) -> tuple[Array, Array, Array, Array]:
-    """Rows of the motion without its turns on the spot; s, m and m/s as in DrivenSamples."""
-    pieces = pieces_of(field, motion, fineness)
+    field: CostField, conditions: OperatingConditions, motion: Motion, pieces: NDArray[np.int64]
+) -> tuple[Array, Array, Array, Array, NDArray[np.int64]]:
+    """Rows of the motion without its turns on the spot; s, m, m/s as in DrivenSamples; the steps.
+
+    ``pieces`` (steps,) are those of ``motion_rows``.
+    """
     rows, seconds, owner = motion_rows(
         field, motion, conditions.class_rows, conditions.wind, pieces
     )
@@ -150,4 +169,4 @@ def _driven_rows(
     begun, driven = (np.concatenate([[0.0], np.cumsum(one)]) for one in (level, surface))
     flatter = level[owner] / surface[owner]
     place = begun[owner] + (rows[:, INDEX["odometer"]] - driven[owner]) * flatter
-    return rows, seconds, place, np.hypot(rows[:, _VX], rows[:, _VY]) * flatter
+    return rows, seconds, place, np.hypot(rows[:, _VX], rows[:, _VY]) * flatter, owner
