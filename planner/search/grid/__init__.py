@@ -5,12 +5,8 @@ to_go = cost_to_go(field, lattice, goal)                 # CostToGo, from everyw
 path = grid_path(field, lattice, to_go, start)
 """
 
-from planner.search.grid.lattice import (
-    Lattice,
-    build_lattice,
-    can_be_driven,
-    number_nodes,
-)
+from planner.search.grid.close_moves import can_be_driven
+from planner.search.grid.lattice import Lattice, build_lattice, number_nodes
 from planner.search.grid.least_cost import CostToGo, cost_from, cost_to_go, grid_path
 
 __all__ = [

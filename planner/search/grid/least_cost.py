@@ -28,7 +28,8 @@ from numpy.typing import NDArray
 from planner.cancellation import CancellationToken
 from planner.compiled_code import njit
 from planner.search.field import CostField, segment_cost
-from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, close_cost, price_closely
+from planner.search.grid.close_moves import close_cost, price_closely
+from planner.search.grid.lattice import PRICED_CLOSELY, Lattice
 from planner.search.resolution import LEAST_COST
 
 BUCKETS = 4096

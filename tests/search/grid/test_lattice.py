@@ -9,13 +9,8 @@ import pytest
 
 from planner.search.field import segment_cost
 from planner.search.grid import cost_to_go
-from planner.search.grid.lattice import (
-    FROM_BORDER,
-    PRICED_CLOSELY,
-    build_lattice,
-    close_cost,
-    node_slope,
-)
+from planner.search.grid.close_moves import FROM_BORDER, close_cost, node_slope
+from planner.search.grid.lattice import PRICED_CLOSELY, build_lattice
 from planner.search.resolution import MOVES, OBJECTIVES
 from tests.search.certificate.robots import windy
 from tests.search.grid.test_least_cost import CELL, field_of, hills, move_cost, situation_on

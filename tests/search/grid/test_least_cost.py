@@ -11,7 +11,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from planner.power.model import PowerModel
 from planner.search.field import CostField, polyline_cost
-from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, build_lattice, close_cost
+from planner.search.grid.close_moves import close_cost
+from planner.search.grid.lattice import PRICED_CLOSELY, Lattice, build_lattice
 from planner.search.grid.least_cost import cost_from, cost_to_go, grid_path
 from planner.search.requests import PlanRequest
 from planner.search.resolution import MOVES
