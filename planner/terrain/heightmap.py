@@ -135,9 +135,11 @@ class Terrain:
 
     @cached_property
     def fingerprint(self) -> str:
-        """sha256 over all arrays, the geometry and the ground classes; not over name or source."""
+        """sha256 over arrays, geometry, ground classes and what is odd; not over name or source."""
         digest = hashlib.sha256()
-        digest.update(repr((self.heights.shape, self.origin, self.cell, self.crs)).encode())
+        digest.update(
+            repr((self.heights.shape, self.origin, self.cell, self.crs, *self.odd)).encode()
+        )
         digest.update(repr(self.ground_classes).encode())
         for layer in (self.heights, self.known, self.obstacles, self.ground):
             digest.update(np.ascontiguousarray(layer).tobytes())
