@@ -37,12 +37,11 @@ from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw import SURROUNDINGS, Surroundings, YawProfile, crowded_at
 from planner.terrain.footprint import touches
 
-TURNED_AT = ((0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (1.0, 0.5, 0.25, 0.1, 0.03)))
+TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (0.25, 0.1, 0.03)))
 """m between waypoints, and the turns that are tried there, in states of the yaw profile (5.6°).
 
 On a side slope, rollers that turn downhill help to hold the robot, those that turn uphill drag.
-Between the two lies a fraction of a degree, and so small turns save much. Large ones lead past
-yaws that cost more, at close waypoints too.
+Between the two lies a fraction of a degree, and so small turns save much.
 """
 NO_FURTHER = 1.1
 """Waypoints of the second distance per waypoint of the first, below which the first is left out:
