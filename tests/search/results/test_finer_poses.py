@@ -42,6 +42,21 @@ def test_chords_of_an_arc_are_driven_on_the_arc(side):
     np.testing.assert_allclose(ends, points[[0, -1]], atol=1e-12)
 
 
+@pytest.mark.parametrize("parts", [2, 3])
+def test_parts_of_a_chord_lie_on_the_arc_of_the_whole(parts):
+    """Then the direction turns evenly, and the acceleration across is that of the bend."""
+    angles = np.radians(8.0) * np.arange(12)
+    corners = 2.0 * np.column_stack([np.sin(angles), 1.0 - np.cos(angles)])
+    at = np.arange(11 * parts + 1) / parts
+    points = np.column_stack([np.interp(at, np.arange(12), column) for column in corners.T])
+    poses = poses_every(motion_through(points, np.full(len(points), 0.8), 0.5), 0.01)
+    x, y, t = (poses[name] for name in ("x", "y", "t"))
+    np.testing.assert_allclose(np.hypot(x, y - 2.0), 2.0, rtol=1e-6)
+    direction = np.unwrap(np.arctan2(np.diff(y), np.diff(x)))
+    rate = np.diff(direction) / (0.5 * (np.diff(t)[1:] + np.diff(t)[:-1]))
+    np.testing.assert_allclose(0.8 * rate, 0.8**2 / 2.0, rtol=0.01)
+
+
 def test_speed_and_yaw_change_evenly():
     points = np.column_stack([np.linspace(0.0, 4.0, 5), np.zeros(5)])
     poses = poses_every(motion_through(points, np.array([0, 0.6, 1.0, 0.6, 0]), 0.0), 0.02)
