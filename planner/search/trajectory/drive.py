@@ -32,7 +32,7 @@ from planner.search.trajectory.motion import (
 )
 from planner.search.trajectory.refinement import refined_motion
 from planner.search.trajectory.speed_search import SpeedSearch
-from planner.search.trajectory.track import Track, lay_track, steps_of
+from planner.search.trajectory.track import Track, lay_track, led_past, steps_of
 from planner.search.trajectory.turn_on_the_spot import (
     first_contact,
     pose_spacing,
@@ -99,6 +99,10 @@ def move(
         check: called between profiles; may raise to stop.
     """
     motion = _move(field, conditions, legs, yaws, objective, care, checked, check)
+    if len(legs) > 1 and isinstance(motion, Infeasible):
+        # Where no bend past a via place can be driven, a stop there may do.
+        stopped = _move(field, conditions, legs, yaws, objective, care, checked, check, led=False)
+        motion = motion if isinstance(stopped, Infeasible) else stopped
     if checked and isinstance(motion, Motion):
         too_warm = overheated(field, conditions, motion)
         return motion if too_warm is None else rested(field, conditions, motion) or too_warm
@@ -114,14 +118,17 @@ def _move(
     care: Care,
     checked: bool,
     check: Callable[[], None],
+    led: bool = True,
 ) -> Motion | Infeasible:
-    """The best motion by the limits that hold at every moment."""
+    """The best motion by the limits that hold at every moment; ``led`` as for the track."""
     turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
     if turned:
-        return _in_parts(field, conditions, legs, yaws, turned, objective, care, checked, check)
+        return _in_parts(
+            field, conditions, legs, yaws, turned, objective, care, checked, check, led
+        )
     free_or_one = [arriving(yaw) for yaw in yaws]
     limits = conditions.model.vehicle.limits
-    track = _track_along(field, conditions, legs)
+    track = _track_along(field, conditions, legs, led=led)
     if not len(track.lengths):
         return turn_on_the_spot(field, conditions, track.points[0], free_or_one)
     steps = steps_of(field, track)
@@ -178,12 +185,14 @@ def _move(
     )
 
 
-def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequence[Array]) -> Track:
-    """The track along polylines (k, 2) of the legs."""
+def _track_along(
+    field: CostField, conditions: OperatingConditions, legs: Sequence[Array], *, led: bool = True
+) -> Track:
+    """The track along polylines (k, 2) of the legs; ``led`` past via places without a stop."""
     limits = conditions.model.vehicle.limits
-    return lay_track(
+    lay = partial(
+        lay_track,
         field,
-        list(legs),
         spacing=max(
             pose_spacing(min(field.dx, field.dy)),
             LEAST_SPACING * limits.speed**2 / limits.acceleration,
@@ -191,6 +200,11 @@ def _track_along(field: CostField, conditions: OperatingConditions, legs: Sequen
         speed=limits.speed,
         acceleration=limits.acceleration,
     )
+    track = lay(list(legs))
+    if not led or not track.stops[1:-1].any():
+        return track
+    past = lay(led_past(field, list(legs), limits.speed**2 / limits.acceleration))
+    return past if past.stops.sum() < track.stops.sum() else track
 
 
 def moved_alike(
@@ -259,6 +273,7 @@ def _in_parts(
     care: Care,
     checked: bool,
     check: Callable[[], None],
+    led: bool,
 ) -> Motion | Infeasible:
     """The motion where ``turned`` fixed points ask for several yaw angles: there it stands."""
     parts: list[Motion] = []
@@ -267,7 +282,7 @@ def _in_parts(
         if end > begun:
             wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
             inner = legs[begun:end]
-            part = _move(field, conditions, inner, wanted, objective, care, checked, check)
+            part = _move(field, conditions, inner, wanted, objective, care, checked, check, led)
             if isinstance(part, Infeasible):
                 return part
             parts.append(part)

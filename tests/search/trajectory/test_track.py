@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 from planner.search.field import CostField, polyline_cost
-from planner.search.trajectory.track import lay_track, slopes_of_steps, turns_of, widest_arcs
+from planner.search.trajectory.track import (
+    lay_track,
+    led_past,
+    slopes_of_steps,
+    turns_of,
+    widest_arcs,
+)
 from tests.benchmarks.peers.case import case_of
 from tests.search.maps import terrain
 
@@ -32,6 +38,20 @@ def test_straight_legs_keep_their_lengths_and_fixed_points() -> None:
     # It stands at both ends and where the travel turns at once, not where it goes straight on.
     assert track.stops[list(track.marks)].tolist() == [True, False, True, True]
     assert track.stops.sum() == 3
+
+
+def test_legs_meet_in_line_at_the_place_between_them():
+    """Their ends and the place between stay, and so do legs at more than 70° to each other."""
+    place = np.array([8.0, 7.5])
+    come = np.array([[4.0, 7.5], place])
+    for turn, pieces in ((0.6, 2), (-0.6, 2), (1.4, 1)):
+        go = np.array([place, place + 4.0 * np.array([math.cos(turn), math.sin(turn)])])
+        before, after = led_past(level(), [come, go], 1.44)
+        np.testing.assert_array_equal(before[[0, -1]], come)
+        np.testing.assert_array_equal(after[[0, -1]], go)
+        assert len(before) == len(after) == pieces + 1
+        if pieces > 1:
+            np.testing.assert_allclose(place - before[1], after[1] - place, atol=1e-12)
 
 
 def test_a_corner_becomes_an_arc_within_the_corner() -> None:
