@@ -6,8 +6,12 @@
 It also refuses places without room, and says what blocks where there is no route.
 """
 
-from planner.search.situation.infeasibility import check_hold, check_place, explain_no_route
-from planner.search.situation.remedies import remedy
+from planner.search.situation.infeasibility import (
+    check_hold,
+    check_place,
+    explain_no_route,
+    not_driven,
+)
 from planner.search.situation.situation import KINDS, Situation, situation_of
 from planner.search.situation.traversability import DrivingGround
 
@@ -18,6 +22,6 @@ __all__ = [
     "check_hold",
     "check_place",
     "explain_no_route",
-    "remedy",
+    "not_driven",
     "situation_of",
 ]

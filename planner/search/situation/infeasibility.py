@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     from planner.search.situation.situation import Situation
 
 Place = tuple[float, float]
+STEEP_SHARE = 0.5
+"""Share of a limit that driving straight up must take to be what refuses a turn: bends and ramps
+take up to as much again."""
 YAW_TRIES = 64
 """Yaw angles over a full turn at which a place is tried, where the request leaves the yaw free."""
 
@@ -186,6 +190,42 @@ def explain_no_route(
         or _too_steep(situation.conditions, ground, field, begun, ended)
         or _between(ground, field, from_start, to_goal, straight, request)
     )
+
+
+def not_driven(conditions: OperatingConditions, field: CostField, where: Infeasible) -> Infeasible:
+    """What is in the way of a path that the robot cannot drive, as a sentence, with what would do.
+
+    Args:
+        conditions, field: model and map.
+        where: the robot cannot go on. If no yaw leads on, though nothing solid is near, the limit
+            is that which driving straight up the slope comes nearest to.
+    """
+    found = where
+    if not (where.limit or where.for_want_of_room):
+        found = _on_slope(conditions, field, where)
+    what = f"a way was found, but at x {where.x:.2f}, y {where.y:.2f} {found.what}"
+    return replace(found, what=what + remedy(conditions, found))
+
+
+def _on_slope(conditions: OperatingConditions, field: CostField, where: Infeasible) -> Infeasible:
+    """The same with the limit that is nearest on the steepest ground within a cell.
+
+    On gentle ground it stays as it is.
+    """
+    beside = itertools.product((-1.0, 0.0, 1.0), repeat=2)
+    at = np.array([(where.x + a * field.dx, where.y + b * field.dy) for a, b in beside])
+    slope = float(np.hypot(*sample_surface(field, at)[1].T).max())
+    kind = int(field.ground[field.nodes_at((where.x, where.y))])
+    cause = limit_on_slope(conditions.steady, kind, slope, where.x, where.y)
+    share = cause.value / cause.allowed
+    if not share > STEEP_SHARE:
+        return where
+    if conditions.lasting and cause.limit == "torque peak":
+        cause = replace(cause, limit="torque rms")
+    what = f"{where.what}, on {cause.what}"
+    if share <= 1.0:
+        what += f" (straight up takes {100.0 * share:.0f} % of the {cause.limit} allowed)"
+    return replace(cause, what=what)
 
 
 def _node(field: CostField, place: Place) -> Node:

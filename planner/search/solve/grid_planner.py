@@ -18,7 +18,7 @@ from planner.arrays import Array
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
 from planner.search.run import Run
-from planner.search.situation import explain_no_route
+from planner.search.situation import explain_no_route, not_driven
 from planner.search.solve.alternatives import nearness
 from planner.search.solve.corridors import corridors, worth_looking
 from planner.search.solve.descent import dissipated
@@ -85,6 +85,9 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
     # Nobody asks why there is no baseline.
     if attempt.route is None and not attempt.reason and effort.closely:
         cause = _why_not(run, attempt.field, objective)
+        return replace(attempt, reason=cause.what, infeasible=cause)
+    if attempt.route is None and attempt.infeasible is not None and effort.closely:
+        cause = not_driven(run.conditions, attempt.field, attempt.infeasible)
         return replace(attempt, reason=cause.what, infeasible=cause)
     return attempt
 

@@ -17,7 +17,7 @@ from planner.search.field import CostField
 from planner.search.limit_places import Infeasible
 from planner.search.results import Route, price
 from planner.search.run import Run
-from planner.search.situation import remedy
+from planner.search.situation import not_driven
 from planner.search.solve.descent import descended
 from planner.search.solve.sketch import (
     ANSWER,
@@ -118,8 +118,7 @@ def finished(
     where = failed.motion
     assert isinstance(where, Infeasible)
     legs = (moving[0][0] if moving else failed).legs
-    reason = f"a way was found, but at x {where.x:.2f}, y {where.y:.2f} {where.what}"
-    reason += remedy(run.conditions, where)
+    reason = not_driven(run.conditions, failed_of.field, where).what
     return Attempt(failed_of.field, failed_of.paths, legs, None, reason, where)
 
 

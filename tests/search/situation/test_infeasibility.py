@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from planner import plan_route
 from planner.errors import Cancelled, InputError, RequestError, VehicleError
@@ -422,3 +423,21 @@ def test_real_relief_has_routes_or_reasons_that_hold():
         if answer.status == "no_route":
             assert "slope" in answer.reason, answer.reason
     assert found >= 1
+
+
+def test_a_turn_that_a_slope_refuses_names_the_limit_and_what_would_do():
+    """Heights in whole decimetres: the loaded robot climbs some of the steps, and turns on few."""
+    y, x = 0.25 * np.indices((30, 40))
+    rough = gaussian_filter(np.random.default_rng(3).standard_normal((30, 40)), 6)
+    ground = terrain(np.round((0.05 * x + 0.03 * y + 0.6 * rough) / 0.1) * 0.1)
+    ends = {"start": {"x": 1.5, "y": 1.5}, "goal": {"x": 8.0, "y": 6.0}}
+    answer = plan_route(terrain=ground, **ends, payload={"mass": 20.0})
+    assert answer.status == "no_route"
+    assert re.search(
+        r"cannot turn .*, on a slope of 1\d\.\d° \(torque peak 1\.\d\d times", answer.reason
+    )
+    assert answer.cause["limit"] == "torque peak"
+    assert answer.cause["value"] > answer.cause["allowed"] == pytest.approx(0.066)
+    lighter = float(re.search(r"([\d.]+) kg instead of 32", answer.reason).group(1))
+    again = plan_route(terrain=ground, **ends, payload={"mass": lighter - 12.0})
+    assert again.status == "ok"
