@@ -201,7 +201,7 @@ def _track_along(
         acceleration=limits.acceleration,
     )
     track = lay(list(legs))
-    if not led or not track.stops[1:-1].any():
+    if not led or len(legs) < 2 or not track.stops[1:-1].any():
         return track
     past = lay(led_past(field, list(legs), limits.speed**2 / limits.acceleration))
     return past if past.stops.sum() < track.stops.sum() else track
