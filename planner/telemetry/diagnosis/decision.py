@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from planner.arrays import Array
+from planner.telemetry.belonging import apart
 from planner.telemetry.diagnosis.answer import Answer, Decision
 from planner.telemetry.diagnosis.unexplained import (
     MOST_OVER_FLOOR,
@@ -81,6 +82,8 @@ def decide(found: Found, floor: Array) -> Decision:
             alike = tuple(member.name for member in searched.members)
     tried: tuple[Tried, ...] = ()
     unsettled = searched is not None or bool(alike) or not left_by_nothing.little or _certain(found)
+    # The floor may take a strong effect for noise, but runs differ by it. A full fit shows it.
+    unsettled |= bool(apart(log, before, found.base.model))
     alone = len(best.members) == 1
     # Where hardly anything is left to explain, many effects explain it; and what takes the place of
     # a part of the base model explains the part as well.

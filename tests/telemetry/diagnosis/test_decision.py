@@ -92,6 +92,28 @@ def test_an_effect_that_the_search_overlooked_is_as_unsure_as_another(scrubbed):
     assert unsure.stderr[place] > 1.1 * plain.stderr[place]
 
 
+@pytest.mark.parametrize("apart", [True, False])
+def test_where_whole_runs_differ_single_effects_are_fitted(scrubbed, monkeypatch, apart):
+    """A floor that was estimated beside a strong effect takes it for noise.
+
+    Nothing asks for a trial then, but runs that no column tells apart.
+    """
+    found, log = scrubbed, scrubbed.log
+    monkeypatch.setattr(decision_module, "unexplained_by", lambda *_: Unexplained(1.0))
+    shift = rms(found.base.residual) * np.where(log.run % 2, 1.0, -1.0) * apart
+    base = replace(found.base, residual=found.base.residual + shift)
+    ranking = tuple(replace(ranked, probability=0.0) for ranked in found.selection.ranking)
+    nobody = replace(found.selection, members=(), shape=None, ranking=ranking)
+    log = replace(log, power=log.power + shift)
+    overlooked = replace(found, log=log, selection=nobody, additions=(), base=base, fitted=base)
+    before = overlooked.heldout(base)
+    decided = decide(overlooked, np.full(len(log), rms(before)))
+    assert bool(decided.tried) == apart
+    if apart:
+        assert decided.tried[0].name == "yaw_scrub"
+        assert rms(decided.floor) < 0.8 * rms(before)
+
+
 @pytest.mark.parametrize(("over_floor", "named"), [(1.3, True), (1.1, False)])
 def test_of_the_little_above_the_floor_no_two_effects_are_named(
     motion, base, monkeypatch, over_floor, named
