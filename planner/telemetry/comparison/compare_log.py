@@ -49,7 +49,6 @@ from planner.telemetry.holdout import (
     overall_error,
     rms,
 )
-from planner.telemetry.late_tilt import with_prompt_tilt
 from planner.telemetry.logs import Finding, LogLike, MappingLike, Meter, Telemetry
 from planner.telemetry.noise import Noise, noise_of, strongest_columns
 from planner.telemetry.other_terms import Dictionary
@@ -65,6 +64,7 @@ from planner.telemetry.regimes import Regime, find_regimes
 from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.single_core import single_core
 from planner.telemetry.starting_model import is_model, starting_model
+from planner.telemetry.tilt_filter import with_true_tilt
 
 if TYPE_CHECKING:
     import pandas
@@ -193,7 +193,7 @@ def compare(
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
     fitted = not is_model(model)
-    source = with_prompt_tilt(source, start, settled=not fitted)
+    source = with_true_tilt(source, start, settled=not fitted)
     reading = _reading(source, start, fitted)
     settled, reading, sums, share = _settle(source, reading, start, fitted, watch)
     done = 0

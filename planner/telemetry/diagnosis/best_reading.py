@@ -12,9 +12,9 @@ from __future__ import annotations
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import followed_motions
 from planner.telemetry.holdout import metered_base_fit, overall_error
-from planner.telemetry.late_tilt import CLEARLY_LESS
 from planner.telemetry.logs import Finding, Meter, same_meter
 from planner.telemetry.sampling import LogSource
+from planner.telemetry.tilt_filter import CLEARLY_LESS
 
 
 def best_reading(source: LogSource, start: PowerModel) -> LogSource:

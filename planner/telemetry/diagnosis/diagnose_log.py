@@ -77,7 +77,6 @@ from planner.telemetry.diagnosis.unexplained import MOST_OVER_FLOOR
 from planner.telemetry.diagnosis.verdict import sentence_of, verdict_of
 from planner.telemetry.estimation import Fit
 from planner.telemetry.holdout import base_fit, heldout_residual, rms
-from planner.telemetry.late_tilt import with_prompt_tilt
 from planner.telemetry.logs import LogLike, MappingLike, Telemetry
 from planner.telemetry.misread import Misread, misread
 from planner.telemetry.other_terms import SENSORS, measured_residual
@@ -92,6 +91,7 @@ from planner.telemetry.selection import (
 from planner.telemetry.single_core import single_core
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import trimmed
+from planner.telemetry.tilt_filter import with_true_tilt
 
 MOST_EXPERIMENTS = 3
 """Recommendations of a diagnosis."""
@@ -148,7 +148,7 @@ def _diagnosed(
 ) -> Diagnosis:
     watch(0.05, "reading the motion")
     source = source.with_findings(beyond_motors(source.sample, start))
-    source = with_prompt_tilt(source, start)
+    source = with_true_tilt(source, start)
     raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
     if any(one.answer.claims for _, one in decided):

@@ -14,8 +14,17 @@ The power says whether it is so (planner.telemetry.estimation.moment_of_motion).
 Pitch and roll of an inertial sensor come from a filter of their own. Between rows of a bumpy ground
 undoing it would be noise; what it does most is a delay.
 
+A gyroscope drifts, so such a filter lets its angles follow an accelerometer over its time constant
+(complementary filter). An accelerometer feels speeding up as it feels a slope: the nose seems to
+rise. What stands in the angles is then the acceleration behind a first-order filter, over g.
+
+    log = with_tilt_freed(log, 1.0)      # pitch and roll without the acceleration of 1 s
+
 Left out
     accelerations that were measured, which no odometry delays.
+Source
+    Mahony, Hamel & Pflimlin, "Nonlinear complementary filters on the special orthogonal group",
+    IEEE Transactions on Automatic Control 53(5), 2008: acceleration is what they disregard.
 """
 
 from __future__ import annotations
@@ -23,6 +32,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.signal import lfilter
 
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
@@ -71,4 +81,21 @@ def with_earlier_tilt(log: Telemetry, lag: float) -> Telemetry:
         for start, stop in log.segments():
             time = log.time[start:stop]
             column[start:stop] = np.interp(time + lag, time, column[start:stop])
+    return replace(log, rows=rows)
+
+
+def with_tilt_freed(log: Telemetry, time_constant: float) -> Telemetry:
+    """The log with pitch and roll without what a complementary filter made of accelerations.
+
+    Args:
+        log: the rows. Before each stretch of them the robot is taken to keep its speed.
+        time_constant: s, of the filter.
+    """
+    rows = log.rows.copy()
+    for start, stop in log.segments():
+        interval = float(np.median(log.interval[start:stop]))
+        keep = np.exp(-interval / time_constant)
+        for gravity, rate in (("gravity_x", "ax"), ("gravity_y", "ay")):
+            felt = lfilter([1.0 - keep], [1.0, -keep], rows[start:stop, INDEX[rate]])
+            rows[start:stop, INDEX[gravity]] += felt
     return replace(log, rows=rows)

@@ -32,7 +32,12 @@ from planner.telemetry.logs import (
     pieces_of,
 )
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
-from planner.telemetry.sampling.late_odometry import has_tilt, with_earlier_tilt, with_undone_lag
+from planner.telemetry.sampling.late_odometry import (
+    has_tilt,
+    with_earlier_tilt,
+    with_tilt_freed,
+    with_undone_lag,
+)
 from planner.telemetry.sampling.noisier_motion import with_more_noise
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
@@ -49,6 +54,8 @@ LAGS = (0.1, 0.2)
 """s of filters of the odometry that are tried; a meter's delay takes what is between them."""
 TILT_LAGS = (0.05, 0.1, 0.15, 0.2, 0.25)
 """s by which pitch and roll may be late."""
+TILT_FILTERS = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
+"""s, time constants by which pitch and roll may follow an accelerometer; usual ones, √2 apart."""
 NOISIER_COPIES = 2
 """Copies of a log with noise added, over which the chance of what was added averages out."""
 
@@ -69,6 +76,8 @@ class LogSource:
         ahead: whether the motion is that between each row and the next.
         lag: s of a filter of the odometry that is undone; 0 for none.
         tilt_lag: s by which pitch and roll were late; they are earlier in ``sample`` and chunks.
+        tilt_filter: s, time constant by which they follow an accelerometer, 0 for none; what it
+            makes of accelerations is not in ``sample`` and chunks.
     """
 
     sample: Telemetry
@@ -83,6 +92,7 @@ class LogSource:
     ahead: bool = False
     lag: float = 0.0
     tilt_lag: float = 0.0
+    tilt_filter: float = 0.0
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -128,6 +138,14 @@ class LogSource:
         return tuple(
             replace(self, sample=with_earlier_tilt(self.sample, lag), tilt_lag=lag)
             for lag in TILT_LAGS
+            if has_tilt(self.sample)
+        )
+
+    def freed_tilts(self) -> tuple[LogSource, ...]:
+        """The log, as it was opened, with tilts without accelerations by each of TILT_FILTERS."""
+        return tuple(
+            replace(self, sample=with_tilt_freed(self.sample, seconds), tilt_filter=seconds)
+            for seconds in TILT_FILTERS
             if has_tilt(self.sample)
         )
 
@@ -199,8 +217,11 @@ class LogSource:
             yield self.sample
         else:
             for chunk in _whole_runs(self._read()):
-                earlier = with_earlier_tilt(chunk, self.tilt_lag) if self.tilt_lag else chunk
-                yield self.reading_of(earlier)
+                if self.tilt_lag:
+                    chunk = with_earlier_tilt(chunk, self.tilt_lag)
+                if self.tilt_filter:
+                    chunk = with_tilt_freed(chunk, self.tilt_filter)
+                yield self.reading_of(chunk)
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
@@ -214,7 +235,8 @@ class LogSource:
     def content(self) -> str:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
-        reading = self.steady_rows, self.half_width, self.ahead, self.lag, self.tilt_lag
+        tilt = self.tilt_lag, self.tilt_filter
+        reading = self.steady_rows, self.half_width, self.ahead, self.lag, *tilt
         said = self.mapping, *reading, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())

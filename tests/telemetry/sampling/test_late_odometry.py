@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.quantities import INDEX
-from planner.telemetry.sampling.late_odometry import with_undone_lag
+from planner.telemetry.sampling.late_odometry import with_tilt_freed, with_undone_lag
 from tests.telemetry.rows import STEP, plain_log
 
 LAG, RATE, TURN = 0.2, 0.3, 0.4
@@ -47,3 +47,16 @@ def test_a_measured_acceleration_stays(settled):
     rows[:, INDEX["ax"]] = 0.7
     log = replace(settled, rows=rows, present=settled.present | {"ax"})
     assert with_undone_lag(log, LAG).rows[:, INDEX["ax"]] == pytest.approx(0.7)
+
+
+def test_a_steady_acceleration_is_no_slope(settled):
+    """After many time constants a filter shows all of it: the nose up by a/g."""
+    rows = np.tile(settled.rows[:12], (10, 1))
+    rows[:, INDEX["ax"]], rows[:, INDEX["ay"]] = RATE, -TURN
+    rows[:, INDEX["gravity_x"]], rows[:, INDEX["gravity_y"]] = -RATE, TURN
+    log = with_tilt_freed(plain_log([len(rows)], rows), 2 * STEP)
+    first, last = log.rows[0], log.rows[-1]
+    assert last[INDEX["gravity_x"]] == pytest.approx(0.0, abs=1e-9)
+    assert last[INDEX["gravity_y"]] == pytest.approx(0.0, abs=1e-9)
+    assert first[INDEX["gravity_x"]] == pytest.approx(-RATE * np.exp(-0.5))
+    assert np.array_equal(log.rows[:, INDEX["ax"]], rows[:, INDEX["ax"]])

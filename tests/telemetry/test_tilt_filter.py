@@ -1,4 +1,4 @@
-"""Pitch and roll of an inertial sensor may be late against a log's power and speeds."""
+"""A filter of an inertial sensor may make pitch and roll late, or let accelerations into them."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from scipy.signal import lfilter
 
 from planner.power.rows import gravity_columns
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.late_tilt import with_prompt_tilt
+from planner.telemetry.holdout import metered_base_fit, overall_error
 from planner.telemetry.sampling import open_source
+from planner.telemetry.tilt_filter import with_true_tilt
 from tests.telemetry.estimation.test_moment_of_motion import RUNS, accelerate
 from tests.telemetry.rows import measured, plain_log
 
@@ -62,17 +63,42 @@ def late(log, time_constant: float):
     return replace(log, rows=rows)
 
 
+def bent(log, time_constant: float):
+    """The log with angles that follow an accelerometer, as a complementary filter's do."""
+    keep, rows = np.exp(-ROW / time_constant), log.rows.copy()
+    for start, stop in log.run_pieces():
+        for gravity, rate in (("gravity_x", "ax"), ("gravity_y", "ay")):
+            felt = lfilter([1.0 - keep], [1.0, -keep], rows[start:stop, INDEX[rate]])
+            rows[start:stop, INDEX[gravity]] -= felt
+    return replace(log, rows=rows)
+
+
 def test_late_angles_are_shown_earlier_and_prompt_ones_stay(hilly, base):
-    found = with_prompt_tilt(open_source(late(hilly, 0.15)), base)
+    found = with_true_tilt(open_source(late(hilly, 0.15)), base)
     assert 0.1 <= found.tilt_lag <= 0.2
     assert any(finding.kind == "late tilt" for finding in found.sample.report)
     prompt = open_source(hilly)
-    assert with_prompt_tilt(prompt, base) is prompt
+    assert with_true_tilt(prompt, base) is prompt
 
 
-def test_every_chunk_is_read_as_the_sample(hilly, base):
-    source = with_prompt_tilt(open_source(late(hilly, 0.15)), base)
+@pytest.mark.parametrize("time_constant", [0.5, 2.0])
+def test_accelerations_are_taken_out_of_the_angles(hilly, base, time_constant):
+    wrong = open_source(bent(hilly, time_constant))
+    found = with_true_tilt(wrong, base)
+    assert 0.6 <= found.tilt_filter / time_constant <= 1.6
+    assert any(finding.kind == "bent tilt" for finding in found.sample.report)
+    error, noise = (
+        overall_error(*metered_base_fit(source.steady().sample, base))
+        for source in (found, open_source(hilly))
+    )
+    assert error < 1.1 * noise
+
+
+@pytest.mark.parametrize("filtered", [late, bent])
+def test_every_chunk_is_read_as_the_sample(hilly, base, filtered):
+    source = with_true_tilt(open_source(filtered(hilly, 0.5)), base)
+    assert source.tilt_lag or source.tilt_filter
     streamed = replace(source, complete=False)
     rows = np.concatenate([chunk.rows for chunk in streamed.chunks()])
     assert np.allclose(rows, source.sample.rows, equal_nan=True)
-    assert source.content != open_source(late(hilly, 0.15)).content
+    assert source.content != open_source(filtered(hilly, 0.5)).content

@@ -1,0 +1,75 @@
+"""Whether a filter bent pitch and roll of a log: its power and its speeds show it.
+
+    source = with_true_tilt(open_source("ramp.csv"), start)     # as it was where none did
+
+An inertial sensor's filter makes angles late. Where the ground changes, the power then seems to
+lead the slope. That looks like a shorter meter, and like effects of rollers and of changing slopes.
+A filter that trusts an accelerometer takes speeding up for a slope. Gravity along a slope that is
+not there then pays for the acceleration. That looks like a lighter robot, and like effects of
+changing speeds. With other angles the power must be clearly likelier, and held-out runs be
+predicted better.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from planner.power.model import PowerModel
+from planner.telemetry.estimation import followed_motions
+from planner.telemetry.holdout import metered_base_fit, overall_error
+from planner.telemetry.logs import Finding
+from planner.telemetry.sampling import LogSource
+
+CLEARLY_LESS = 0.98
+"""Held-out error over that of the usual reading, or with its meter, below which another one is
+believed; smaller differences are scatter between choices of the held-out runs."""
+
+
+def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = False) -> LogSource:
+    """The log with pitch and roll of the ground, at the moment that its power follows.
+
+    Args:
+        source: the log as read.
+        start: the model as stated.
+        settled: as for ``followed_motions``.
+    """
+    kinds = [kind for kind in (source.earlier_tilts(), source.freed_tilts()) if kind]
+    # One of each is enough to see whether any is followed.
+    first = [kind[len(kind) // 2].steady() for kind in kinds]
+    if not followed_motions(source, start, first, settled=settled):
+        return source
+    motions = [one.steady() for kind in kinds for one in kind]
+    followed = followed_motions(source, start, motions, settled=settled)
+    usual = overall_error(*metered_base_fit(source.steady().sample, start))
+    best, least = _nearby(followed[0], kinds, start)
+    if least >= CLEARLY_LESS * usual:
+        return source
+    if best.tilt_filter:
+        kind, said = "bent tilt", "their filter takes accelerations for slopes, over about {:g} s"
+    else:
+        kind, said = "late tilt", "they come about {:g} s after the power"
+    said = said.format(best.tilt_filter or best.tilt_lag)
+    return best.with_findings([Finding(kind, "", 0, f"pitch and roll: {said}; this was undone")])
+
+
+def _nearby(
+    likeliest: LogSource, kinds: Sequence[Sequence[LogSource]], start: PowerModel
+) -> tuple[LogSource, float]:
+    """The log with the tilts nearest the likeliest ones that predict held-out runs best.
+
+    The likelihood is that of a model whose inertia may have any sign: with less of it, a filter
+    seems slower than it is.
+    """
+    size = likeliest.tilt_lag, likeliest.tilt_filter
+    kind = next(k for k in kinds if size in [(one.tilt_lag, one.tilt_filter) for one in k])
+    at = [(one.tilt_lag, one.tilt_filter) for one in kind].index(size)
+    log, base = metered_base_fit(likeliest.sample, start)
+    least, meter = overall_error(log, base), log.meter
+    for step in (-1, 1):
+        while 0 <= at + step < len(kind):
+            near = kind[at + step].steady().sample
+            error = overall_error(*metered_base_fit(near, start, (meter,)))
+            if error >= least:
+                break
+            at, least = at + step, error
+    return kind[at], least
