@@ -34,8 +34,9 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
         settled: as for ``followed_motions``.
     """
     kinds = [kind for kind in (source.earlier_tilts(), source.freed_tilts()) if kind]
-    # One of each is enough to see whether any is followed.
-    first = [kind[len(kind) // 2].steady() for kind in kinds]
+    # A short and a long one of each are enough to see whether any is followed.
+    ends = ((kind[len(kind) // 4], kind[3 * len(kind) // 4]) for kind in kinds)
+    first = [one.steady() for pair in ends for one in pair]
     if not followed_motions(source, start, first, settled=settled):
         return source
     motions = [one.steady() for kind in kinds for one in kind]
