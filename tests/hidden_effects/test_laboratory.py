@@ -12,6 +12,7 @@ import pytest
 
 from planner import diagnose
 from planner.power.vehicles import load_vehicle
+from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.diagnosis.unknown_effect import formula_of
 from planner.telemetry.holdout import metered_base_fit, rms
 from planner.telemetry.holdout.heldout import heldout_rmse
@@ -96,6 +97,27 @@ def test_perfect_instruments_show_the_robot(driven: tuple[VirtualRobot, Conditio
         assert clean[part] == pytest.approx(power[k, : rows[k]], rel=1e-9)
         assert columns["power"][part] == pytest.approx(clean[part], abs=1e-5)
         assert columns["vx"][part] == pytest.approx(speed[k, : rows[k]], abs=1e-5)
+
+
+def test_angles_that_follow_an_accelerometer_take_speeding_up_for_a_slope(
+    driven: tuple[VirtualRobot, Conditions],
+) -> None:
+    """By the acceleration over g, behind the filter; without it they are the floor's."""
+    robot, conditions = driven
+    drive = drawn_drive(np.random.default_rng(5), robot.vehicle, conditions)
+    means, _ = robot.simulate(drive)
+    log = {}
+    for seconds in (0.0, 0.02, 1.0):
+        exact = Instruments(meter=Meter(motion="mean"), angle_filter=seconds)
+        exact = replace(exact, columns=frozenset({"pitch", "roll", "ax", "ay"}))
+        log[seconds], _ = exact.measure(np.random.default_rng(6), drive, means, conditions.lengths)
+    for angle, pull, side in (("pitch", "ax", 1.0), ("roll", "ay", -1.0)):
+        prompt, slow = (
+            side * STANDARD_GRAVITY * (log[0.0][angle] - log[seconds][angle])
+            for seconds in (0.02, 1.0)
+        )
+        assert np.corrcoef(prompt, log[0.0][pull])[0, 1] > 0.95
+        assert 0.0 < np.std(slow) < np.std(prompt)
 
 
 def test_splits_never_share_a_draw(tmp_path: Path) -> None:

@@ -5,7 +5,8 @@
 meter       first-order filter; the moment of the row's end, the row's mean, or the held value of a
             slower meter; delay; quantisation; clipping at full scale
 odometry    scale, a scale of its own sideways, slip with acceleration, white noise
-IMU         bias and noise of acceleration and of the angles, which its filter makes late
+IMU         bias and noise of acceleration and of the angles; its filter makes these late, or takes
+            accelerations for slopes
 clock       jitter, rows that are missing, gaps, a rate that is off
 """
 
@@ -27,6 +28,7 @@ Columns = dict[str, NDArray[np.generic]]
 
 LONGEST_FILTER = 0.8  # s
 LONGEST_ANGLE_LAG = 0.2  # s, of pitch and roll
+ANGLE_FILTERS = 0.3, 3.0  # s, of angles that follow an accelerometer, as complementary filters do
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,7 @@ class Instruments:
         acceleration_bias, acceleration_noise: m/s².
         pitch_offset, roll_offset, angle_noise: rad.
         angle_lag: s of the first-order filter that pitch and roll come from.
+        angle_filter: s over which they follow the accelerometer; 0 for never.
         jitter: standard deviation of the time of a row, as a share of it; ``jitter_logged`` where
             the time column tells it.
         missing, gaps: share of rows that are not there; number of gaps of a second.
@@ -96,6 +99,7 @@ class Instruments:
     roll_offset: float = 0.0
     angle_noise: float = 0.0
     angle_lag: float = 0.0
+    angle_filter: float = 0.0
     jitter: float = 0.0
     jitter_logged: bool = True
     missing: float = 0.0
@@ -131,6 +135,8 @@ class Instruments:
         bias = rng.normal(0.0, 0.03, 2)
         # A stream of its own: what is drawn after it stays as it was before angles were late.
         lags = rng.spawn(1)[0]
+        angle_lag = lags.uniform(0.03, LONGEST_ANGLE_LAG) if lags.random() < 0.5 else 0.0
+        followed = math.exp(lags.uniform(*np.log(ANGLE_FILTERS)))
         return cls(
             meter=meter,
             noise=noise,
@@ -144,7 +150,8 @@ class Instruments:
             pitch_offset=float(rng.normal(0.0, 0.002)),
             roll_offset=float(rng.normal(0.0, 0.002)),
             angle_noise=rng.uniform(0.0005, 0.004),
-            angle_lag=lags.uniform(0.03, LONGEST_ANGLE_LAG) if lags.random() < 0.5 else 0.0,
+            angle_lag=angle_lag,
+            angle_filter=followed if lags.random() < 0.25 else 0.0,
             jitter=maybe(0.5, rng.uniform(0.02, 0.2)),
             jitter_logged=bool(rng.random() < 0.6),
             missing=maybe(0.4, rng.uniform(0.001, 0.03)),
@@ -193,8 +200,12 @@ class Instruments:
             taken = self._times(rng, drive.row, length)
             bins = means.shape[1]
             series = {name: values[k] for name, values in table.items()}
-            for name in ("pitch", "roll"):
+            # The nose seems to rise as a robot speeds up, and the left side to as it goes left.
+            for name, side, pull in (("pitch", -1.0, "ax"), ("roll", 1.0, "ay")):
                 series[name] = filtered(series[name], drive.bin_length, self.angle_lag)
+                if self.angle_filter > 0.0:
+                    felt = filtered(series[pull], drive.bin_length, self.angle_filter)
+                    series[name] = series[name] + side * felt / STANDARD_GRAVITY
             part = {name: self._channel(series[name], taken, drive) for name in self._names(series)}
             part["surface"] = np.array(drive.surfaces)[
                 series["surface"][

@@ -83,10 +83,13 @@ class Oracle:
     def of(cls, log: Log) -> Oracle:
         """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
         read = open_source(Telemetry.read(log.path, log.mapping))
-        lag = log.truth.instruments.angle_lag
-        tilts = sorted((read, *read.earlier_tilts()), key=lambda s: abs(s.tilt_lag - lag))
+        imu = log.truth.instruments
+        tilts = sorted(
+            (read, *read.earlier_tilts(), *read.freed_tilts()),
+            key=lambda s: (abs(s.tilt_filter - imu.angle_filter), abs(s.tilt_lag - imu.angle_lag)),
+        )
         rows = {
-            (tilt.tilt_lag, s.steady_rows, s.half_width): s.sample
+            (tilt.tilt_lag, tilt.tilt_filter, s.steady_rows, s.half_width): s.sample
             for tilt in {id(each): each for each in (read, tilts[0])}.values()
             for s in (tilt, *tilt.readings())
         }
