@@ -16,7 +16,13 @@ from collections.abc import Sequence
 
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import followed_motions
-from planner.telemetry.holdout import metered_base_fit, overall_error
+from planner.telemetry.holdout import (
+    heldout_residual,
+    metered_base_fit,
+    overall_error,
+    rms,
+    supports,
+)
 from planner.telemetry.logs import Finding
 from planner.telemetry.sampling import LogSource
 
@@ -37,20 +43,46 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
     # A short and a long one of each are enough to see whether any is followed.
     ends = ((kind[len(kind) // 4], kind[3 * len(kind) // 4]) for kind in kinds)
     first = [one.steady() for pair in ends for one in pair]
-    if not followed_motions(source, start, first, settled=settled):
+    likeliest: list[LogSource] = []
+    if followed_motions(source, start, first, settled=settled):
+        for kind in kinds:
+            motions = [one.steady() for one in kind]
+            likeliest += followed_motions(source, start, motions, settled=settled)[:1]
+    if not (settled or any(one.tilt_filter for one in likeliest)):
+        likeliest += _predicting(source, start)
+    if not likeliest:
         return source
-    motions = [one.steady() for kind in kinds for one in kind]
-    followed = followed_motions(source, start, motions, settled=settled)
     usual = overall_error(*metered_base_fit(source.steady().sample, start))
-    best, least = _nearby(followed[0], kinds, start)
+    near = (_nearby(one, kinds, start) for one in likeliest)
+    best, least = min(near, key=lambda found: found[1])
     if least >= CLEARLY_LESS * usual:
         return source
     if best.tilt_filter:
-        kind, said = "bent tilt", "their filter takes accelerations for slopes, over about {:g} s"
+        name, said = "bent tilt", "their filter takes accelerations for slopes, over about {:g} s"
     else:
-        kind, said = "late tilt", "they come about {:g} s after the power"
+        name, said = "late tilt", "they come about {:g} s after the power"
     said = said.format(best.tilt_filter or best.tilt_lag)
-    return best.with_findings([Finding(kind, "", 0, f"pitch and roll: {said}; this was undone")])
+    return best.with_findings([Finding(name, "", 0, f"pitch and roll: {said}; this was undone")])
+
+
+def _predicting(source: LogSource, start: PowerModel) -> list[LogSource]:
+    """The log without accelerations in its tilts, where held-out runs support it as a formula.
+
+    A model that is fitted to tilts with accelerations is bent, and beside it the power need not
+    seem likelier by others. Fits to both show it.
+    """
+    freed = source.freed_tilts()
+    if not freed:
+        return []
+    log, base = metered_base_fit(source.sample, start)
+    before = heldout_residual(log, base)
+    tried = []
+    for one in (freed[len(freed) // 4], freed[3 * len(freed) // 4]):
+        left = heldout_residual(*metered_base_fit(one.sample, start, (log.meter,)))
+        tried.append((rms(left), left, one))
+    _, left, best = min(tried, key=lambda each: each[0])
+    supported = supports(log, before, left, base.spread, formula=True)
+    return [best.steady()] if supported else []
 
 
 def _nearby(
