@@ -19,8 +19,10 @@ from planner.telemetry.holdout.heldout import heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import Shape
 from planner.telemetry.prediction import Readings, predict
+from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, fit_with
+from planner.telemetry.tilt_filter import with_true_tilt
 from planner.telemetry.virtual import VirtualRobot
 from planner.telemetry.virtual.dynamics import MEANS
 from tests.benchmarks.laboratory import (
@@ -118,6 +120,19 @@ def test_angles_that_follow_an_accelerometer_take_speeding_up_for_a_slope(
         )
         assert np.corrcoef(prompt, log[0.0][pull])[0, 1] > 0.95
         assert 0.0 < np.std(slow) < np.std(prompt)
+
+
+def test_held_out_runs_show_what_a_bent_model_hides(tmp_path: Path) -> None:
+    """Beside a model that is fitted to bent tilts, the power is no likelier by true ones."""
+    log = draw("none", "", 6721, "tuning", tmp_path)
+    true = log.truth.instruments.angle_filter
+    assert true > 0.0
+    source = open_source(Telemetry.read(log.path, log.mapping))
+    start = starting_model(str(log.sheet))
+    freed = with_true_tilt(source, start)
+    assert freed.tilt_filter == pytest.approx(true, rel=0.4)
+    errors = [heldout_rmse(*metered_base_fit(one.sample, start)) for one in (source, freed)]
+    assert errors[1] < 0.7 * errors[0]
 
 
 def test_splits_never_share_a_draw(tmp_path: Path) -> None:
