@@ -10,7 +10,6 @@ velocity that follows from their differences then has the acceleration that limi
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,6 @@ from planner.search.trajectory import Motion, shares_driven
 Integers = NDArray[np.int64]
 KINK = math.radians(1.0)
 """Changes of direction up to this are rounded; at larger ones the robot stands still."""
-SAME_DIRECTION = 1e-9
-"""rad between the parts of one chord at most: rounding. Chords of an arc differ by a degree."""
 
 
 def poses_every(motion: Motion, seconds: float) -> dict[str, Array]:
@@ -39,9 +36,8 @@ def poses_every(motion: Motion, seconds: float) -> dict[str, Array]:
     times = motion.time[steps] + share * np.diff(motion.time)[steps]
     times[-1] = motion.time[-1]
     gone = shares_driven(motion, steps, times)
-    arcs = _arcs_of(motion)
-    x, y = _on_arcs(arcs, steps, gone)
-    across_x, across_y = _off_corners(motion, arcs, steps, gone)
+    x, y = _on_arcs(motion, steps, gone)
+    across_x, across_y = _off_corners(motion, steps, gone)
     x, y = x + across_x, y + across_y
     return {
         "x": x,
@@ -53,61 +49,26 @@ def poses_every(motion: Motion, seconds: float) -> dict[str, Array]:
     }
 
 
-class _Arcs(NamedTuple):
-    """Of every step (steps,), the arc that it is a part of: all parts of one chord have the same.
-
-    Attributes:
-        x, y: m, where the chord begins.
-        chord: m, its length.
-        direction: rad, azimuth of the chord.
-        half: rad, half of what the arc turns by.
-        begun, share: shares of the chord before the step, and of the step.
-    """
-
-    x: Array
-    y: Array
-    chord: Array
-    direction: Array
-    half: Array
-    begun: Array
-    share: Array
-
-
-def _arcs_of(motion: Motion) -> _Arcs:
-    ex, ey, bends = np.diff(motion.x), np.diff(motion.y), motion.curvatures
-    length, direction = np.hypot(ex, ey), np.arctan2(ey, ex)
-    alike = (bends[1:] == bends[:-1]) & (bends[1:] != 0.0) & (length[1:] > 0.0)
-    parted = alike & (np.abs(np.diff(direction)) < SAME_DIRECTION)
-    number = np.append(0, np.cumsum(~parted))
-    first = np.searchsorted(number, number)
-    chord = np.bincount(number, length)[number]
-    before = np.cumsum(length) - length
-    whole = np.maximum(chord, 1e-300)
-    return _Arcs(
-        *(motion.x[first], motion.y[first], chord, direction),
-        np.arcsin(np.clip(0.5 * bends * chord, -1.0, 1.0)),
-        *((before - before[first]) / whole, length / whole),
-    )
-
-
-def _on_arcs(arcs: _Arcs, steps: Integers, gone: Array) -> tuple[Array, Array]:
+def _on_arcs(motion: Motion, steps: Integers, gone: Array) -> tuple[Array, Array]:
     """Places on the arcs whose chords the steps are, or parts of them."""
-    half, gone = arcs.half[steps], arcs.begun[steps] + arcs.share[steps] * gone
+    arcs = motion.arcs
+    half, gone = arcs.half[steps], arcs.before[steps] + arcs.share[steps] * gone
     # The chord of a part of the arc: its length over that of the whole, and its direction.
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = np.where(np.abs(half) > 1e-9, np.sin(half * gone) / np.sin(half), gone)
     towards = arcs.direction[steps] - half + half * gone
     reach = arcs.chord[steps] * scale
-    return arcs.x[steps] + reach * np.cos(towards), arcs.y[steps] + reach * np.sin(towards)
+    first = arcs.first[steps]
+    return motion.x[first] + reach * np.cos(towards), motion.y[first] + reach * np.sin(towards)
 
 
-def _off_corners(motion: Motion, arcs: _Arcs, steps: Integers, gone: Array) -> tuple[Array, Array]:
+def _off_corners(motion: Motion, steps: Integers, gone: Array) -> tuple[Array, Array]:
     """(n,) m along x and y from the corner of two straight steps to the arc that rounds it."""
-    direction, half = arcs.direction, arcs.half
-    length = arcs.chord * arcs.share
+    arcs = motion.arcs
+    direction, length = arcs.direction, arcs.chord * arcs.share
     # At every inner sample: how far the direction jumps, and over which length it is rounded.
-    begun = direction + half * (2.0 * arcs.begun - 1.0)
-    jumps = begun[1:] - (begun + 2.0 * half * arcs.share)[:-1]
+    begun = arcs.begun
+    jumps = begun[1:] - (begun + arcs.change)[:-1]
     jumps = (jumps + math.pi) % (2.0 * math.pi) - math.pi
     reach = 0.5 * np.minimum(length[1:], length[:-1])
     rounded = (reach > 1e-9) & (np.abs(jumps) <= KINK) & (motion.speed[1:-1] > 0.0)

@@ -165,7 +165,7 @@ def broken_limits(
         return broken
     beside = np.where(with_neighbours(near), everywhere, 0)
     pieces = np.where(near, fine_pieces(field, motion), beside)
-    return _broken_among(field, conditions, motion, pieces)[0].and_of(broken)
+    return _broken_among(field, conditions, motion, pieces, near)[0].and_of(broken)
 
 
 def near_a_jump(motion: Motion, used: Array) -> NDArray[np.bool_]:
@@ -183,10 +183,20 @@ def with_neighbours(steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def _broken_among(
-    field: CostField, conditions: OperatingConditions, motion: Motion, pieces: NDArray[np.int64]
+    field: CostField,
+    conditions: OperatingConditions,
+    motion: Motion,
+    pieces: NDArray[np.int64],
+    near: NDArray[np.bool_] | None = None,
 ) -> tuple[Broken, Array]:
-    """What is broken at some samples; (steps,) largest share of a limit at those of each step."""
+    """What is broken at some samples; (steps,) largest share of a limit at those of each step.
+
+    With ``near`` (steps,), bends among these are looked at on their arcs as well.
+    """
     rows, _, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
+    if near is not None:
+        bends, bent = rows_on_arcs(field, conditions, motion, np.where(near, pieces, 0))
+        rows, owner = np.concatenate([rows, bends]), np.concatenate([owner, bent])
     found = conditions.model.power_and_limits(rows)
     numbers = _numbers(found, conditions.limits)
     moving = np.hypot(np.diff(motion.x), np.diff(motion.y)) > 1e-9
@@ -214,6 +224,21 @@ def _broken_among(
     used = np.zeros(len(moving))
     np.maximum.at(used, owner, limit_shares(conditions, found).max(axis=1))
     return Broken(*joined), used
+
+
+def rows_on_arcs(
+    field: CostField, conditions: OperatingConditions, motion: Motion, pieces: NDArray[np.int64]
+) -> tuple[Array, NDArray[np.int64]]:
+    """Rows of bends on their arcs, as the robot drives them, and their steps.
+
+    The poses are the ends of chords. A robot that is near a limit along a chord may break it where
+    its travel is turned by half of what the chord's arc turns by.
+    """
+    bent = np.where(motion.curvatures != 0.0, pieces, 0)
+    rows, _, owner = motion_rows(
+        field, motion, conditions.class_rows, conditions.wind, bent, on_arcs=True
+    )
+    return rows, owner
 
 
 def _creeping(conditions: OperatingConditions, rows: Array) -> Array:

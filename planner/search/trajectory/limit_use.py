@@ -29,6 +29,7 @@ from planner.search.trajectory.limit_checks import (
     limit_shares,
     motion_rates,
     near_a_jump,
+    rows_on_arcs,
 )
 from planner.search.trajectory.motion import Motion, motion_rows, place_at, shares_driven
 from planner.terrain.obstacles import rectangle_free
@@ -54,11 +55,16 @@ def limits_used(
     A vehicle's limit that is infinite has the share 0.
     """
     limits, model = conditions.model.vehicle.limits, conditions.model
-    rows, seconds, owner = _rows_near_largest(field, conditions, motion)
-    found = model.power_and_limits(rows)
-    torque = found[:, 4]
+    pieces = _closer_near_largest(field, conditions, motion)
+    rows, seconds, owner = motion_rows(
+        field, motion, conditions.class_rows, conditions.wind, pieces
+    )
+    bends, bent = rows_on_arcs(field, conditions, motion, pieces)
+    found = model.power_and_limits(np.concatenate([rows, bends]))
+    torque = found[: len(rows), 4]
     used = dict(zip(LIMIT_NAMES, limit_shares(conditions, found).T, strict=True))
-    times = rows[:, INDEX["time_since_start"]]
+    everywhere = np.concatenate([owner, bent])
+    moments = np.concatenate([rows, bends])[:, INDEX["time_since_start"]]
     ends = np.cumsum(seconds)
     rms = rms_torques(torque, seconds, limits.thermal_time)
     if (rms > 0.0).any():
@@ -70,7 +76,7 @@ def limits_used(
     steps = np.arange(len(motion.time) - 1)
     speed = np.maximum(motion.speed[1:], motion.speed[:-1])
     shares: dict[str, tuple[Array, NDArray[np.int64], Array]] = {
-        **{name: (share, owner, times) for name, share in used.items()},
+        **{name: (share, everywhere, moments) for name, share in used.items()},
         "torque rms": (rms / limits.continuous_torque, owner, ends),
         "speed": (speed / stated.speed, steps, first),
         "acceleration": (acceleration / most, steps, first),
@@ -89,19 +95,18 @@ def limits_used(
     return tuple(uses)
 
 
-def _rows_near_largest(
+def _closer_near_largest(
     field: CostField, conditions: OperatingConditions, motion: Motion
-) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Rows of a motion, their s and steps: the closer, the more of a limit a step uses."""
+) -> NDArray[np.int64]:
+    """(steps,) pieces of a motion to look at: more of them where a step uses much of a limit."""
     pieces = coarse_pieces(field, motion)
-    row_inputs = field, motion, conditions.class_rows, conditions.wind
-    rows, _, owner = motion_rows(*row_inputs, pieces)
+    rows, _, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
     share = limit_shares(conditions, conditions.model.power_and_limits(rows))
     used = np.zeros((len(pieces), share.shape[1]))
     np.maximum.at(used, owner, share)
     near = (used >= NEAR_A_LIMIT * used.max(axis=0, initial=0.0)).any(axis=1)
     near |= near_a_jump(motion, used.max(axis=1))
-    return motion_rows(*row_inputs, np.where(near, fine_pieces(field, motion), pieces))
+    return np.where(near, fine_pieces(field, motion), pieces)
 
 
 def _clearances(

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ from planner.power.motion_row import fill_row, set_acceleration, set_motion, set
 from planner.quantities import INDEX, ROW_LENGTH
 from planner.search.field import CostField, sample_surface
 from planner.search.resolution import SPIN_UP
+from planner.search.trajectory.arcs import Arcs, arcs_of
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw import YawProfile
 from planner.terrain.interpolation import interpolate
@@ -63,6 +65,11 @@ class Motion:
     speed: Array
     curvatures: Array
     yaw_accelerations: Array
+
+    @cached_property
+    def arcs(self) -> Arcs:
+        """The arcs on which the robot drives from sample to sample."""
+        return arcs_of(self.x, self.y, self.curvatures)
 
     def along(self, path: Array, values: Array) -> Array:
         """Values (samples,) where the motion is nearest to each point of its path (k, 2)."""
@@ -271,7 +278,7 @@ def _turn_on_the_spot(spin: float, rate: float) -> list[tuple[float, float, floa
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: Any) -> Any:
-    x, y, z, yaw, time, speed, curvatures, yaw_accelerations = motion
+    x, y, z, yaw, time, speed, curvatures, yaw_accelerations, begun, change = motion
     steps = x.shape[0] - 1
     total = 0
     for j in range(steps):
@@ -314,6 +321,8 @@ def _motion_rows(field: Any, motion: Any, class_rows: Any, wind: Any, pieces: An
                 else:
                     rate += yaw_accelerations[j] * (w - 0.5) * duration
                     angle = yaw[j] + turn * w
+                if begun.shape[0] > 0:
+                    direction = begun[j] + change[j] * gone
                 set_motion(rows[n], slope_x, slope_y, angle, direction, here if moving else 0.0)
                 if moving:
                     set_acceleration(
@@ -351,6 +360,8 @@ def motion_rows(
     class_rows: Array,
     wind: Array,
     pieces: NDArray[np.int64] | None = None,
+    *,
+    on_arcs: bool = False,
 ) -> tuple[Array, Array, NDArray[np.int64]]:
     """Rows of the power model along a motion, the time each stands for, and its step.
 
@@ -361,12 +372,16 @@ def motion_rows(
         wind: (2,) m/s in the map's frame.
         pieces: (n - 1,) that steps are cut into, three rows each, from ``pieces_of``; a step of 0
             pieces has no rows. By default half a cell each.
+        on_arcs: whether the travel turns evenly on bends, as the robot drives them, instead of
+            from sample to sample, as a reader of the poses would assume.
     """
     if pieces is None:
         pieces = pieces_of(field, motion, 0.5)
+    arcs = (motion.arcs.begun, motion.arcs.change) if on_arcs else (np.empty(0), np.empty(0))
     arrays = (
         *(motion.x, motion.y, motion.heights, motion.yaw, motion.time, motion.speed),
         *(motion.curvatures, motion.yaw_accelerations),
+        *arcs,
     )
     rows, weights, owner = _motion_rows(field, arrays, class_rows, wind, pieces)
     return rows, weights, owner

@@ -94,7 +94,9 @@ def step_costs(
     ux, uy = np.cos(directions), np.sin(directions)
     placed = np.empty(BLOCK, np.int64)
     for n in range(count):
-        turn = abs(moves[n, 2])
+        # On its arc, a body that does not follow a bend changes how it stands to the travel.
+        bend = curvatures[at[n]] * moves[n, 1]
+        turn = max(abs(moves[n, 2]), abs(moves[n, 2] - bend))
         look[n] = _MIDDLE
         if steep[at[n]]:
             look[n] = _EARLY if turn > LITTLE * WIDTH else _STEEPEST
@@ -112,8 +114,15 @@ def step_costs(
                 turn = moves[n, 2]
                 yaw = moves[n, 0] + _OFF[look[n]] * turn
                 c, s = math.cos(yaw), math.sin(yaw)
+                along, across = ux[j], uy[j]
+                if look[n] >= _LATE:
+                    bent = _OFF[look[n]] * curvatures[j] * moves[n, 1]
+                    # On the arc or on its chord, whichever the body turns more against.
+                    if abs(_OFF[look[n]] * turn - bent) > abs(_OFF[look[n]] * turn):
+                        bent += directions[j]
+                        along, across = math.cos(bent), math.sin(bent)
                 vx, vy, gx, gy, gn, stretch = motion_on_plane(
-                    slopes[j, k], slopes[j, k + 1], c, s, ux[j], uy[j]
+                    slopes[j, k], slopes[j, k + 1], c, s, along, across
                 )
                 surface[size] = moves[n, 1] * stretch
                 if tries[n] == 0 and abs(turn) > STILL:

@@ -20,6 +20,7 @@ from planner.search.trajectory.limit_checks import (
     coarse_pieces,
     ease,
     fine_pieces,
+    rows_on_arcs,
 )
 from planner.search.trajectory.limit_checks import broken_limits as broken_along
 from planner.search.trajectory.track import Track, lay_track
@@ -51,13 +52,16 @@ def test_a_close_look_where_a_limit_is_near_finds_all_that_one_everywhere_does(s
     motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
     assert isinstance(motion, Motion)
 
-    def reached(pieces):
+    def reached(pieces, *, on_arcs=False):
         rows, _, owner = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
+        if on_arcs:
+            bends, bent = rows_on_arcs(field, conditions, motion, pieces)
+            rows, owner = np.concatenate([rows, bends]), np.concatenate([owner, bent])
         moving = np.hypot(np.diff(motion.x), np.diff(motion.y))[owner] > 1e-9
         return conditions.model.power_and_limits(rows)[moving], owner[moving]
 
     coarse, _ = reached(coarse_pieces(field, motion))
-    fine, owner = reached(fine_pieces(field, motion))
+    fine, owner = reached(fine_pieces(field, motion), on_arcs=True)
     for column, number in (("current", 1), ("voltage", 2), ("torque", 3)):
         column_of_results = {"current": 2, "voltage": 3, "torque": 4}[column]
         most, seen = fine[:, column_of_results].max(), coarse[:, column_of_results].max()

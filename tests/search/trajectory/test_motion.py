@@ -9,6 +9,7 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.search.field import sample_surface
+from planner.search.results.finer_poses import poses_every
 from planner.search.trajectory.drive import move
 from planner.search.trajectory.motion import Motion, joined, motion_rows
 from tests.benchmarks.peers.case import case_of
@@ -48,6 +49,29 @@ def test_samples_lie_on_the_surface_from_rest_to_rest(driven) -> None:
     np.testing.assert_allclose(motion.heights, heights)
     assert motion.speed[[0, -1]].tolist() == [0.0, 0.0]
     assert (np.diff(motion.time) > 0.0).all()
+
+
+@pytest.mark.parametrize("corner", [(9.0, 4.0), (9.0, 9.0)])
+def test_rows_move_as_the_poses_on_the_arcs_of_bends(corner) -> None:
+    """Chords of the same bends turn the travel by some degrees at once."""
+    asked = {"start": {"x": 3.0, "y": 4.0}, "goal": {"x": 9.5, "y": 12.0}}
+    case = case_of("test", asked, terrain(np.zeros((64, 64))))
+    conditions = case.situation.conditions
+    path = np.array([[3.0, 4.0], corner, [9.5, 12.0]])
+    motion = move(case.field, conditions, [path], [None, None], objective=0)
+    inputs = case.field, motion, conditions.class_rows, conditions.wind
+    rows, _, _ = motion_rows(*inputs, on_arcs=True)
+    poses = poses_every(motion, 1e-3)
+    apart = np.hypot(np.diff(poses["x"]), np.diff(poses["y"]))
+    travel = np.unwrap(np.arctan2(np.diff(poses["y"]), np.diff(poses["x"]))[apart > 1e-6])
+    then = (0.5 * (poses["t"][1:] + poses["t"][:-1]))[apart > 1e-6]
+    time = rows[:, INDEX["time_since_start"]]
+    yaw = np.interp(time, poses["t"], poses["yaw"])
+    found = yaw + np.arctan2(rows[:, INDEX["vy"]], rows[:, INDEX["vx"]])
+    off = np.remainder(found - np.interp(time, then, travel) + np.pi, 2.0 * np.pi) - np.pi
+    fast = np.hypot(rows[:, INDEX["vx"]], rows[:, INDEX["vy"]]) > 0.1
+    bent = np.abs(np.diff(np.unwrap(motion.arcs.direction))).max()
+    assert np.abs(off[fast]).max() < 0.1 * bent
 
 
 def test_joined_motions_take_the_time_of_both_and_never_jump_in_yaw(driven) -> None:

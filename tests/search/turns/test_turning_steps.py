@@ -35,24 +35,26 @@ def one_by_one(conditions, objective, direction, bend, slope, steep, ground, mov
     model, limits = conditions.model, conditions.limits
     middle, length, turn = move
     speed, cost = limits[0], math.inf
-    looks = [(slope[:2], middle, True)]
+    # On its arc, the travel turns as well: what counts is how the body stands to it.
+    bent = bend * length if steep and abs(turn - bend * length) > abs(turn) else 0.0
+    swept = abs(turn - bent)
+    looks = [(slope[:2], 0.0, True)]
     # Where limits are near, a bend takes the speed and the force that it takes on the way.
     bend = bend if steep else 0.0
     if steep:
-        looks.insert(0, (slope[2:4], middle, True))
-    if steep and abs(turn) > LITTLE * WIDTH:
-        early, late = middle - turn / 2.0, middle + turn / 2.0
-        looks = [(slope[6:], early, False), (slope[4:6], late, False), *looks]
-    if steep and abs(turn) > CLOSER:
-        quarters = middle - turn / 4.0, middle + turn / 4.0
-        looks = [*((slope[2:4], yaw, False) for yaw in quarters), *looks]
-    for place, yaw, bends in looks:
+        looks.insert(0, (slope[2:4], 0.0, True))
+    if steep and swept > LITTLE * WIDTH:
+        looks = [(slope[6:], -0.5, False), (slope[4:6], 0.5, False), *looks]
+    if steep and swept > CLOSER:
+        looks = [*((slope[2:4], quarter, False) for quarter in (-0.25, 0.25)), *looks]
+    for place, off, bends in looks:
+        yaw = middle + off * turn
         sideways = bend if bends else 0.0
         if sideways:
             speed = min(speed, math.sqrt(model.vehicle.limits.acceleration / abs(bend)))
         row = conditions.class_rows[ground].copy()
         set_wind(row, conditions.wind, yaw)
-        surface = length * set_motion(row, *place, yaw, direction, 1.0)
+        surface = length * set_motion(row, *place, yaw, direction + off * bent, 1.0)
         unit = row[[INDEX["vx"], INDEX["vy"]]]
         if abs(turn) > STILL:
             speed = min(speed, limits[6] * surface / abs(turn))
@@ -121,12 +123,17 @@ def one_step(
     return float(costs[0])
 
 
-def held(conditions, slope: float, yaw: float, rate: float, share: float, bend: float) -> bool:
-    """Whether the limits hold at a share of full speed, with a turn of ``rate`` rad/m."""
+def held(
+    conditions, slope: float, yaw: float, rate: float, share: float, bend: float, off: float = 0.0
+) -> bool:
+    """Whether the limits hold at a share of full speed, with a turn of ``rate`` rad/m.
+
+    The travel is ``off`` rad from the x axis.
+    """
     row = conditions.class_rows[0].copy()
     speed = share * conditions.limits[0]
     set_wind(row, conditions.wind, yaw)
-    set_motion(row, 0.0, slope, yaw, 0.0, 1.0)
+    set_motion(row, 0.0, slope, yaw, off, 1.0)
     unit = row[[INDEX["vx"], INDEX["vy"]]]
     row[[INDEX["vx"], INDEX["vy"]]] = unit * speed
     row[INDEX["wz"]] = rate * speed
@@ -135,8 +142,11 @@ def held(conditions, slope: float, yaw: float, rate: float, share: float, bend: 
 
 
 def test_a_bend_that_only_a_slow_robot_takes_is_possible(conditions) -> None:
-    """Beside a slope that takes almost all there is, towards the side that rises."""
-    bend = 1.5
+    """Beside a slope that takes almost all there is, towards the side that rises.
+
+    The step is so short that its travel hardly turns.
+    """
+    bend, short = 1.5, 0.005
     slopes = np.linspace(0.0, 1.0, 400)
     full = math.sqrt(conditions.limits[7] / bend) / conditions.limits[0]
     slowest = min(1.0, full) * SLOWER ** (TRIES - 1)
@@ -148,7 +158,22 @@ def test_a_bend_that_only_a_slow_robot_takes_is_possible(conditions) -> None:
     ]
     assert only_slow
     for slope in only_slow:
-        assert one_step(conditions, slope, bend, 0.0, 0.0) < math.inf
+        assert one_step(conditions, slope, bend, 0.0, 0.0, short) < math.inf
+
+
+def test_a_bend_that_the_body_does_not_follow_is_a_turn(conditions) -> None:
+    """At its ends the robot stands to its travel as if it had turned on a straight step."""
+    bend, length, seen = 1.5, 0.2, 0
+    shares = (SLOPE_SPEED, *SLOWER ** np.arange(TRIES))
+    for slope in np.linspace(0.1, 0.6, 101):
+        ends = [
+            any(held(conditions, slope, 0.0, 0.0, share, 0.0, off) for share in shares)
+            for off in (-0.5 * bend * length, 0.5 * bend * length)
+        ]
+        if held(conditions, slope, 0.0, 0.0, SLOPE_SPEED, 0.0) and not all(ends):
+            seen += 1
+            assert one_step(conditions, slope, bend, 0.0, 0.0, length) == math.inf
+    assert seen
 
 
 def test_a_turn_whose_end_breaks_a_limit_is_impossible(conditions) -> None:

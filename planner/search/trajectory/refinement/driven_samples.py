@@ -20,7 +20,7 @@ from planner.quantities import INDEX
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
-from planner.search.trajectory.limit_checks import FINEST, NEAR_A_LIMIT, coarse_pieces
+from planner.search.trajectory.limit_checks import FINEST, NEAR_A_LIMIT, coarse_pieces, rows_on_arcs
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.track import Track
 from planner.search.trajectory.yaw import YawProfile
@@ -81,7 +81,7 @@ def driven_samples(
     pieces = np.zeros(len(motion.x) - 1, np.int64)
     checked = step[_near(conditions, coarse, NEAR_A_LIMIT).any(axis=0)]
     pieces[checked] = pieces_of(field, motion, FINEST)[checked]
-    closer, _, close, pace, _ = _driven_rows(field, conditions, motion, pieces)
+    closer, _, close, pace, _ = _driven_rows(field, conditions, motion, pieces, bends=True)
     as_driven, evenly = _near(conditions, closer, 1.0 - NEAR)
     middle = _middles(track)
     onwards = np.interp(middle, place, speed)
@@ -153,15 +153,24 @@ def _steepest(class_rows: Any, wind: Any, steps: Any, yaw: Any, turns: Any, spee
 
 
 def _driven_rows(
-    field: CostField, conditions: OperatingConditions, motion: Motion, pieces: NDArray[np.int64]
+    field: CostField,
+    conditions: OperatingConditions,
+    motion: Motion,
+    pieces: NDArray[np.int64],
+    *,
+    bends: bool = False,
 ) -> tuple[Array, Array, Array, Array, NDArray[np.int64]]:
     """Rows of the motion without its turns on the spot; s, m, m/s as in DrivenSamples; the steps.
 
-    ``pieces`` (steps,) are those of ``motion_rows``.
+    ``pieces`` (steps,) are those of ``motion_rows``. With ``bends``, rows on their arcs follow.
     """
     rows, seconds, owner = motion_rows(
         field, motion, conditions.class_rows, conditions.wind, pieces
     )
+    if bends:
+        more, bent = rows_on_arcs(field, conditions, motion, pieces)
+        rows, owner = np.concatenate([rows, more]), np.concatenate([owner, bent])
+        seconds = np.append(seconds, np.zeros(len(more)))
     level = np.hypot(np.diff(motion.x), np.diff(motion.y))
     surface = np.hypot(level, np.diff(motion.heights))
     moving = (level > 0.0)[owner]

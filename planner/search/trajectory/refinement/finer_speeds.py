@@ -35,6 +35,7 @@ from planner.search.trajectory.limit_checks import (
     broken_limits,
     coarse_pieces,
     limit_shares,
+    rows_on_arcs,
 )
 from planner.search.trajectory.motion import Motion, motion_rows, pieces_of
 from planner.search.trajectory.refinement.driven_samples import SAMPLED_CELLS
@@ -44,7 +45,7 @@ CHANGED_BY = (0.5, 0.2, 0.07)
 """Changes of the squared speed that are tried one after the other, in levels of the profile."""
 EACH_TRIED = 6
 """Times at most that each change is tried; later ones look only at what changed before."""
-RESERVE = 0.005
+RESERVE = 0.002
 """Share of every limit that stays, or what was left before: ends of steps are not among the rows,
 and the answer is checked more closely."""
 ATTEMPTS = 4
@@ -120,9 +121,13 @@ def _driven(field: CostField, conditions: OperatingConditions, motion: Motion) -
     """A motion's rows, and where a limit is near more of them, which stand for no time."""
     inputs = field, motion, conditions.class_rows, conditions.wind
     rows, seconds, step = motion_rows(*inputs, pieces_of(field, motion, SAMPLED_CELLS))
-    closer, _, close = motion_rows(*inputs, coarse_pieces(field, motion))
-    rows, step = np.concatenate([rows, closer]), np.concatenate([step, close])
-    seconds = np.append(seconds, np.zeros(len(close)))
+    pieces = coarse_pieces(field, motion)
+    closer, _, close = motion_rows(*inputs, pieces)
+    shares = limit_shares(conditions, conditions.model.power_and_limits(closer))
+    asked = np.isin(np.arange(len(pieces)), close[(shares >= NEAR_A_LIMIT).any(axis=1)])
+    bends, bent = rows_on_arcs(field, conditions, motion, np.where(asked, pieces, 0))
+    rows, step = np.concatenate([rows, closer, bends]), np.concatenate([step, close, bent])
+    seconds = np.append(seconds, np.zeros(len(close) + len(bent)))
     found = conditions.model.power_and_limits(rows)
     near = (limit_shares(conditions, found) >= NEAR_A_LIMIT).any(axis=1)
     chords = np.hypot(np.diff(motion.x), np.diff(motion.y))
