@@ -89,7 +89,7 @@ class RefusedFit:
         return {**asdict(self), "sentence": self.sentence}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """A fitted model.
 

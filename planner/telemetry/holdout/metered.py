@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from planner.power.model import PowerModel
 from planner.telemetry.estimation import Fit, with_meter
 from planner.telemetry.holdout.heldout import (
     CLAIMED_RATIO,
+    KEPT_ERRORS,
     base_fit,
     heldout_residual,
     heldout_rmse,
@@ -187,11 +189,11 @@ def _evenly_if_better(log: Telemetry, start: PowerModel, whitened: Fit) -> Fit:
     return evenly if better and evenly.refused is None else whitened
 
 
+@lru_cache(maxsize=KEPT_ERRORS)
 def _least_error(log: Telemetry, fitted: Fit) -> float:
     """W, held-out error of a fit, with usual errors of what was given where that is less."""
     given = given_columns(log, fitted.model, fitted.watts)
-    each = heldout_residual(log, fitted), heldout_residual(log, fitted, given)
-    return min(map(rms, each))
+    return min(heldout_rmse(log, fitted), rms(heldout_residual(log, fitted, given)))
 
 
 def meter_beside(
