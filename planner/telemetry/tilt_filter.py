@@ -13,11 +13,14 @@ predicted better.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from planner.power.model import PowerModel
 from planner.telemetry.estimation import followed_motions
 from planner.telemetry.holdout import (
+    base_fit,
     heldout_residual,
+    meter_beside,
     metered_base_fit,
     overall_error,
     rms,
@@ -41,19 +44,19 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
     """
     kinds = [kind for kind in (source.earlier_tilts(), source.freed_tilts()) if kind]
     # A short and a long one of each are enough to see whether any is followed.
-    ends = ((kind[len(kind) // 4], kind[3 * len(kind) // 4]) for kind in kinds)
+    ends = [[kind[len(kind) // 4], kind[3 * len(kind) // 4]] for kind in kinds]
     first = [one.steady() for pair in ends for one in pair]
     likeliest: list[LogSource] = []
     if followed_motions(source, start, first, settled=settled):
         for kind in kinds:
             motions = [one.steady() for one in kind]
             likeliest += followed_motions(source, start, motions, settled=settled)[:1]
-    if not (settled or any(one.tilt_filter for one in likeliest)):
-        likeliest += _predicting(source, start)
+    if kinds and not (settled or any(one.tilt_filter for one in likeliest)):
+        likeliest += _predicting(source, start, first[-2:])
     if not likeliest:
         return source
     usual = overall_error(*metered_base_fit(source.steady().sample, start))
-    near = (_nearby(one, kinds, start) for one in likeliest)
+    near = (_nearby(source, one, kinds, start) for one in likeliest)
     best, least = min(near, key=lambda found: found[1])
     if least >= CLEARLY_LESS * usual:
         return source
@@ -65,44 +68,51 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
     return best.with_findings([Finding(name, "", 0, f"pitch and roll: {said}; this was undone")])
 
 
-def _predicting(source: LogSource, start: PowerModel) -> list[LogSource]:
-    """The log without accelerations in its tilts, where held-out runs support it as a formula.
+def _predicting(
+    source: LogSource, start: PowerModel, freed: Sequence[LogSource]
+) -> list[LogSource]:
+    """Of a log without accelerations in its tilts, what held-out runs support as a formula, if any.
 
     A model that is fitted to tilts with accelerations is bent, and beside it the power need not
     seem likelier by others. Fits to both show it.
     """
-    freed = source.freed_tilts()
-    if not freed:
-        return []
-    log, base = metered_base_fit(source.sample, start)
-    before = heldout_residual(log, base)
-    tried = []
-    for one in (freed[len(freed) // 4], freed[3 * len(freed) // 4]):
-        left = heldout_residual(*metered_base_fit(one.sample, start, (log.meter,)))
+    usual = source.steady().sample
+    log = meter_beside(usual, base_fit(usual, start).model)
+    base = base_fit(log, start)
+    before, tried = heldout_residual(log, base), []
+    for one in freed:
+        other = replace(one.sample, meter=log.meter)
+        left = heldout_residual(other, base_fit(other, start))
         tried.append((rms(left), left, one))
     _, left, best = min(tried, key=lambda each: each[0])
-    supported = supports(log, before, left, base.spread, formula=True)
-    return [best.steady()] if supported else []
+    return [best] if supports(log, before, left, base.spread, formula=True) else []
 
 
 def _nearby(
-    likeliest: LogSource, kinds: Sequence[Sequence[LogSource]], start: PowerModel
+    source: LogSource, likeliest: LogSource, kinds: Sequence[Sequence[LogSource]], start: PowerModel
 ) -> tuple[LogSource, float]:
     """The log with the tilts nearest the likeliest ones that predict held-out runs best.
 
     The likelihood is that of a model whose inertia may have any sign: with less of it, a filter
-    seems slower than it is.
+    seems slower than it is. What was felt before a run is not known.
     """
     size = likeliest.tilt_lag, likeliest.tilt_filter
     kind = next(k for k in kinds if size in [(one.tilt_lag, one.tilt_filter) for one in k])
     at = [(one.tilt_lag, one.tilt_filter) for one in kind].index(size)
     log, base = metered_base_fit(likeliest.sample, start)
     least, meter = overall_error(log, base), log.meter
+
+    def error_of(near: LogSource) -> float:
+        return overall_error(*metered_base_fit(near.steady().sample, start, (meter,)))
+
     for step in (-1, 1):
         while 0 <= at + step < len(kind):
-            near = kind[at + step].steady().sample
-            error = overall_error(*metered_base_fit(near, start, (meter,)))
+            error = error_of(kind[at + step])
             if error >= least:
                 break
             at, least = at + step, error
-    return kind[at], least
+    best = kind[at]
+    if best.tilt_filter:
+        rested = source.freed_tilt(best.tilt_filter, rested=True)
+        best, least = min((best, least), (rested, error_of(rested)), key=lambda found: found[1])
+    return best, least

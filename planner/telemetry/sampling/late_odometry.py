@@ -20,6 +20,10 @@ rise. What stands in the angles is then the acceleration behind a first-order fi
 
     log = with_tilt_freed(log, 1.0)      # pitch and roll without the acceleration of 1 s
 
+The change of a speed is the mean of what was felt between two rows, also where rows are long or
+missing. An accelerometer's rows say less: they are moments, and have a bias. A filter that was
+switched on begins with the angles that the accelerometer then shows.
+
 Left out
     accelerations that were measured, which no odometry delays.
 Source
@@ -30,15 +34,19 @@ Source
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
-from scipy.signal import lfilter
 
+from planner.compiled_code import njit
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations, slopes_of
+from planner.telemetry.sampling.steady_drive import at_steady_speeds
 
 _ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
+BEGINNING = 0.2
+"""s of a run that say what was felt before it; odometry tells no acceleration in less."""
 _READ_AS = {"pitch", "roll", "gravity_x", "gravity_y"}
 """Columns that pitch and roll act by, and are logged in."""
 
@@ -84,18 +92,39 @@ def with_earlier_tilt(log: Telemetry, lag: float) -> Telemetry:
     return replace(log, rows=rows)
 
 
-def with_tilt_freed(log: Telemetry, time_constant: float) -> Telemetry:
+def with_tilt_freed(log: Telemetry, time_constant: float, *, rested: bool = False) -> Telemetry:
     """The log with pitch and roll without what a complementary filter made of accelerations.
 
     Args:
-        log: the rows. Before each stretch of them the robot is taken to keep its speed.
+        log: the rows.
         time_constant: s, of the filter.
+        rested: whether the robot kept its speed before each run. Otherwise the filter began with
+            the acceleration of the first BEGINNING.
     """
-    rows = log.rows.copy()
-    for start, stop in log.segments():
-        interval = float(np.median(log.interval[start:stop]))
-        keep = np.exp(-interval / time_constant)
-        for gravity, rate in (("gravity_x", "ax"), ("gravity_y", "ay")):
-            felt = lfilter([1.0 - keep], [1.0, -keep], rows[start:stop, INDEX[rate]])
-            rows[start:stop, INDEX[gravity]] += felt
+    rows, steady = log.rows.copy(), at_steady_speeds(log).rows
+    speeds, turning = steady[:, [INDEX[name] for name in SPEEDS[:2]]], steady[:, [INDEX["wz"]]]
+    turned = turning * speeds[:, ::-1] * (-1.0, 1.0)
+    into = [INDEX["gravity_x"], INDEX["gravity_y"]]
+    for start, stop in log.run_pieces():
+        part, time = slice(start, stop), log.time[start:stop]
+        if stop - start > 1:
+            step = np.diff(time)[:, None]
+            felt = np.diff(speeds[part], axis=0) / step
+            felt += 0.5 * (turned[start : stop - 1] + turned[start + 1 : stop])
+            first = time[:-1] < time[0] + BEGINNING
+            begin = 0.0 * felt[0] if rested else np.average(felt[first], 0, step[first, 0])
+            rows[part, into] += _followed(felt, np.exp(-step / time_constant), begin)
     return replace(log, rows=rows)
+
+
+@njit(cache=True, nogil=True)
+def _followed(felt: Any, keep: Any, begin: Any) -> Any:
+    """(n + 1, 2) a first-order filter's values, from ``begin`` (2,) on, of means (n, 2) between.
+
+    It keeps the share ``keep`` (n, 1) of its value from row to row.
+    """
+    values = np.empty((felt.shape[0] + 1, felt.shape[1]))
+    values[0] = begin
+    for k in range(felt.shape[0]):
+        values[k + 1] = felt[k] + keep[k] * (values[k] - felt[k])
+    return values

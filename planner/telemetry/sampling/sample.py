@@ -78,6 +78,7 @@ class LogSource:
         tilt_lag: s by which pitch and roll were late; they are earlier in ``sample`` and chunks.
         tilt_filter: s, time constant by which they follow an accelerometer, 0 for none; what it
             makes of accelerations is not in ``sample`` and chunks.
+        rested: whether that filter felt nothing before each run.
     """
 
     sample: Telemetry
@@ -93,6 +94,7 @@ class LogSource:
     lag: float = 0.0
     tilt_lag: float = 0.0
     tilt_filter: float = 0.0
+    rested: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -143,11 +145,17 @@ class LogSource:
 
     def freed_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with tilts without accelerations by each of TILT_FILTERS."""
-        return tuple(
-            replace(self, sample=with_tilt_freed(self.sample, seconds), tilt_filter=seconds)
-            for seconds in TILT_FILTERS
-            if has_tilt(self.sample)
-        )
+        tried = TILT_FILTERS if has_tilt(self.sample) else ()
+        return tuple(self.freed_tilt(seconds) for seconds in tried)
+
+    def freed_tilt(self, seconds: float, *, rested: bool = False) -> LogSource:
+        """The log, as it was opened, with tilts without what such a filter makes of accelerations.
+
+        Args:
+            seconds, rested: as ``tilt_filter`` and ``rested``.
+        """
+        freed = with_tilt_freed(self.sample, seconds, rested=rested)
+        return replace(self, sample=freed, tilt_filter=seconds, rested=rested)
 
     def with_findings(self, findings: Sequence[Finding]) -> LogSource:
         """The same log, its report longer by what showed only beside a model."""
@@ -220,7 +228,7 @@ class LogSource:
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:
-                    chunk = with_tilt_freed(chunk, self.tilt_filter)
+                    chunk = with_tilt_freed(chunk, self.tilt_filter, rested=self.rested)
                 yield self.reading_of(chunk)
 
     def _read(self) -> Iterator[Telemetry]:
@@ -235,7 +243,7 @@ class LogSource:
     def content(self) -> str:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
-        tilt = self.tilt_lag, self.tilt_filter
+        tilt = self.tilt_lag, self.tilt_filter, self.rested
         reading = self.steady_rows, self.half_width, self.ahead, self.lag, *tilt
         said = self.mapping, *reading, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter

@@ -49,14 +49,40 @@ def test_a_measured_acceleration_stays(settled):
     assert with_undone_lag(log, LAG).rows[:, INDEX["ax"]] == pytest.approx(0.7)
 
 
-def test_a_steady_acceleration_is_no_slope(settled):
-    """After many time constants a filter shows all of it: the nose up by a/g."""
-    rows = np.tile(settled.rows[:12], (10, 1))
-    rows[:, INDEX["ax"]], rows[:, INDEX["ay"]] = RATE, -TURN
+@pytest.fixture
+def speeding():
+    """A run that speeds up all the time; its angles show that whole acceleration as slopes.
+
+    The accelerometer that was logged is a biased one.
+    """
+    log = plain_log([120])
+    rows = log.rows.copy()
+    rows[:, INDEX["vx"]], rows[:, INDEX["vy"]] = RATE * log.time, -TURN * log.time
     rows[:, INDEX["gravity_x"]], rows[:, INDEX["gravity_y"]] = -RATE, TURN
-    log = with_tilt_freed(plain_log([len(rows)], rows), 2 * STEP)
-    first, last = log.rows[0], log.rows[-1]
-    assert last[INDEX["gravity_x"]] == pytest.approx(0.0, abs=1e-9)
-    assert last[INDEX["gravity_y"]] == pytest.approx(0.0, abs=1e-9)
-    assert first[INDEX["gravity_x"]] == pytest.approx(-RATE * np.exp(-0.5))
-    assert np.array_equal(log.rows[:, INDEX["ax"]], rows[:, INDEX["ax"]])
+    rows[:, INDEX["ax"]] = RATE + 0.7
+    return replace(log, rows=rows, present=log.present | {"ax"})
+
+
+def test_a_steady_acceleration_is_no_slope(speeding):
+    """A settled filter shows all of it, the nose up by a/g, and so it does after a gap."""
+    for log in (speeding, speeding.take(np.r_[0:40, 55:120])):
+        freed = with_tilt_freed(log, 10 * STEP)
+        for name in ("gravity_x", "gravity_y"):
+            assert freed.rows[:, INDEX[name]] == pytest.approx(0.0, abs=1e-9)
+        assert np.array_equal(freed.rows[:, INDEX["ax"]], log.rows[:, INDEX["ax"]])
+
+
+def test_a_filter_that_felt_nothing_before_follows_from_then_on(speeding):
+    seconds = 10 * STEP
+    freed = with_tilt_freed(speeding, seconds, rested=True)
+    left = -RATE * np.exp(-(speeding.time - speeding.time[0]) / seconds)
+    assert freed.rows[:, INDEX["gravity_x"]] == pytest.approx(left)
+
+
+def test_turning_at_a_steady_speed_is_felt(settled):
+    """On a circle no speed changes, and still the robot seems to lean."""
+    rows = settled.rows.copy()
+    rows[:, INDEX["vx"]] = speed = 0.5
+    rows[:, INDEX["gravity_y"]] = -TURN * speed
+    freed = with_tilt_freed(replace(settled, rows=rows), 0.5)
+    assert freed.rows[:, INDEX["gravity_y"]] == pytest.approx(0.0, abs=1e-9)
