@@ -27,6 +27,7 @@ from planner.telemetry.holdout import (
     supports,
 )
 from planner.telemetry.logs import Finding
+from planner.telemetry.other_terms import given_columns
 from planner.telemetry.sampling import LogSource
 
 CLEARLY_LESS = 0.98
@@ -71,21 +72,25 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
 def _predicting(
     source: LogSource, start: PowerModel, freed: Sequence[LogSource]
 ) -> list[LogSource]:
-    """Of a log without accelerations in its tilts, what held-out runs support as a formula, if any.
+    """Of a log without accelerations in its tilts, what held-out runs support, if any.
 
     A model that is fitted to tilts with accelerations is bent, and beside it the power need not
-    seem likelier by others. Fits to both show it.
+    seem likelier by others. Fits to both show it, alone or beside usual errors of what was given:
+    those may hide it, or hide behind it.
     """
     usual = source.steady().sample
     log = meter_beside(usual, base_fit(usual, start).model)
-    base = base_fit(log, start)
-    before, tried = heldout_residual(log, base), []
-    for one in freed:
-        other = replace(one.sample, meter=log.meter)
-        left = heldout_residual(other, base_fit(other, start))
-        tried.append((rms(left), left, one))
-    _, left, best = min(tried, key=lambda each: each[0])
-    return [best] if supports(log, before, left, base.spread, formula=True) else []
+    logs = [log, *(replace(one.sample, meter=log.meter) for one in freed)]
+    fits = [base_fit(each, start) for each in logs]
+    given = [
+        given_columns(each, fit.model, fit.watts) for each, fit in zip(logs, fits, strict=True)
+    ]
+    for beside in ([None] * len(logs), given):
+        before, *after = map(heldout_residual, logs, fits, beside)
+        left, best = min(zip(after, freed, strict=True), key=lambda each: rms(each[0]))
+        if supports(log, before, left, fits[0].spread):
+            return [best]
+    return []
 
 
 def _nearby(

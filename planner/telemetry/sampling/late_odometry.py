@@ -111,7 +111,8 @@ def with_tilt_freed(log: Telemetry, time_constant: float, *, rested: bool = Fals
             step = np.diff(time)[:, None]
             felt = np.diff(speeds[part], axis=0) / step
             felt += 0.5 * (turned[start : stop - 1] + turned[start + 1 : stop])
-            first = time[:-1] < time[0] + BEGINNING
+            first = 0.5 * (time[1:] + time[:-1]) < time[0] + BEGINNING
+            first[0] = True  # a gap, where the run begins with one
             begin = 0.0 * felt[0] if rested else np.average(felt[first], 0, step[first, 0])
             rows[part, into] += _followed(felt, np.exp(-step / time_constant), begin)
     return replace(log, rows=rows)
