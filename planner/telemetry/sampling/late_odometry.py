@@ -46,7 +46,7 @@ from planner.telemetry.sampling.steady_drive import at_steady_speeds
 
 _ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
 BEGINNING = 0.2
-"""s of a run that say what was felt before it; odometry tells no acceleration in less."""
+"""s of a run that say what was felt before it; odometry shows no acceleration in less."""
 _READ_AS = {"pitch", "roll", "gravity_x", "gravity_y"}
 """Columns that pitch and roll act by, and are logged in."""
 
