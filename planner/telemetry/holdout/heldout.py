@@ -60,7 +60,7 @@ MOST_RISE = 0.02
 LEAST_Z, LEAST_FORMULA_Z = 1.64, 2.33
 """Standard errors over runs of what an effect, and a formula, takes off: 5 % and 1 %, one side."""
 KEPT_ERRORS = 4
-"""Fits whose errors are kept: those of a chosen one, and of its rivals, are asked for again."""
+"""Fits whose errors are kept: those of the last few are asked for again, to choose among them."""
 
 
 def base_fit(log: Telemetry, start: PowerModel, *, evenly: bool = False) -> Fit:
