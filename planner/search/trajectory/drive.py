@@ -297,27 +297,10 @@ def _in_parts(
     return joined(parts)
 
 
-class _Part(NamedTuple):
-    """A piece of the track between two places at which a yaw is asked for.
-
-    Attributes:
-        track, steps: of the piece.
-        goal_yaw: rad, at its end; None leaves it free.
-        begin: a search for the yaw along a piece of it.
-        search: that along all of it.
-    """
-
-    track: Track
-    steps: Steps
-    goal_yaw: float | None
-    begin: Callable[..., YawSearch]
-    search: YawSearch
-
-
 def _parts(
     track: Track, steps: Steps, yaws: Sequence[float | None], begin: Callable[..., YawSearch]
-) -> list[_Part]:
-    """The whole track; a via point with a yaw of its own cuts it in two."""
+) -> list[YawSearch]:
+    """Searches along the whole track; a via point with a yaw of its own cuts it in two."""
     fixed = [k for k, yaw in enumerate(yaws) if yaw is not None and 0 < k < len(yaws) - 1]
     cuts = [0, *(track.marks[k] for k in fixed), len(track.points) - 1]
     wanted = [yaws[0], *(yaws[k] for k in fixed), yaws[-1]]
@@ -326,24 +309,24 @@ def _parts(
         itertools.pairwise(cuts), itertools.pairwise(wanted), strict=True
     ):
         piece = track.part(a, b), steps.part(a, b)
-        parts.append(_Part(*piece, goal, begin, begin(*piece, start_yaw=start, goal_yaw=goal)))
+        parts.append(begin(*piece, start_yaw=start, goal_yaw=goal))
     return parts
 
 
 def _yaw_through(
     field: CostField,
-    parts: Sequence[_Part],
+    parts: Sequence[YawSearch],
     most_ends: int,
     shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Infeasible:
-    """Yaw along the whole track; ``shut`` as for ``YawSearch.best``."""
+    """Yaw along the whole track; ``shut`` and ``most_ends`` as for ``YawSearch.ends``."""
     arriving: list[Array] = []
     leaving: list[Array] = []
     cost = 0.0
     for number, part in enumerate(parts):
-        profile = part.search.best(shut)
+        profile = part.best(shut)
         if not isinstance(profile, YawProfile):
-            ends = _ends(part, profile, most_ends, shut)
+            ends = part.ends(profile, shut, most_ends)
             return Infeasible(
                 *(float(profile[0]), float(profile[1])),
                 "the body cannot turn as the way would need it",
@@ -361,21 +344,3 @@ def _yaw_through(
         leaving.append(profile.leaving[(0 if number == 0 else 1) :] + offset)
         cost += profile.cost
     return YawProfile(np.concatenate(arriving), np.concatenate(leaving), cost)
-
-
-def _ends(
-    part: _Part, first: Array, most: int, shut: Sequence[tuple[float, float, float]]
-) -> list[Array]:
-    """Places (2,) beyond which no yaw leads: past each of them, the yaw is free again."""
-    track, ends, a = part.track, [first], 0
-    last = len(track.points) - 1
-    while len(ends) < most:
-        a += 1 + int(np.hypot(*(track.points[a:] - ends[-1]).T).argmin())
-        if a >= last:
-            break
-        rest = track.part(a, last), part.steps.part(a, last)
-        found = part.begin(*rest, start_yaw=None, goal_yaw=part.goal_yaw).best(shut)
-        if isinstance(found, YawProfile):
-            break
-        ends.append(found)
-    return ends

@@ -39,6 +39,7 @@ from planner.search.trajectory.yaw.free_yaws import (
 from planner.search.trajectory.yaw.yaw_kernel import best_states
 from planner.search.trajectory.yaw.yaw_moves import (
     MOST_SAMPLES,
+    Pieces,
     Surroundings,
     Waypoints,
     pieces_of,
@@ -148,38 +149,9 @@ class YawSearch:
         Args:
             shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
         """
-        conditions, field, track, steps = self._conditions, self._field, self._track, self._steps
         at, directions, places = self._at, self._directions, self._track.points[self._at]
-        free, shift = self._free.copy(), self._shift.copy()
-        if shut:
-            leave_out(shut, places, directions, float(track.lengths.max()), ends_alike(field), free)
-        ends = (0, self._start_yaw), (-1, self._goal_yaw)
-        asked = [(row, state_of(yaw, directions[row])) for row, yaw in ends if yaw is not None]
-        fits = [free[place] for place in asked]
-        leave_out_too_steep(field, at, directions, steps, self._gentle, free)
-        for place, fit in zip(asked, fits, strict=True):
-            free[place] = fit
-        kernel = conditions.model.limits_kernel
-        turn_to_what_holds(
-            *(kernel, conditions.arrays, field.limit, at, directions, steps),
-            *(free & ~self._crowded[at][:, None], shift),
-        )
-        states = np.full(2 * len(at), -1, np.int64)
-        wanted = dict(asked)
-        cost = best_states(
-            kernel,
-            conditions.arrays,
-            self._objective,
-            Surroundings(field.blocked, field.body_frame(), track.points, self._crowded),
-            steps,
-            self._waypoints._replace(free=free, shift=shift),
-            self.pieces,
-            turning(conditions, self._objective),
-            wanted.get(0, -1),
-            wanted.get(-1, -1),
-            self._beside,
-            states,
-        )
+        free, shift = self._held(shut)
+        cost, states = self._through(free, shift, 0)
         if not math.isfinite(cost):
             return np.asarray(places[states[0]])
         before, after = directions + WIDTH * states[0::2], directions + WIDTH * states[1::2]
@@ -194,7 +166,79 @@ class YawSearch:
             after[-1] = self._goal_yaw
             if states[-2] == states[-1]:
                 before[-1] = self._goal_yaw
-        return _at_samples(track, at, before, after, cost)
+        return _at_samples(self._track, at, before, after, cost)
+
+    def ends(
+        self, first: Array, shut: Sequence[tuple[float, float, float]], most: int
+    ) -> list[Array]:
+        """Places (2,), ``most`` at most, beyond which no yaw leads: past each, it is free again.
+
+        Args:
+            first: of these places, from ``best``.
+            shut: as for ``best``.
+        """
+        free, shift = self._held(shut)
+        places, found = self._track.points[self._at], [first]
+        begin, last = 1 + int(np.hypot(*(places - first).T).argmin()), len(places) - 1
+        while begin < last and len(found) < most:
+            cost, states = self._through(free, shift, begin)
+            if math.isfinite(cost):
+                break
+            found.append(places[begin + states[0]])
+            begin += 1 + int(states[0])
+        return found
+
+    def _asked(self) -> list[tuple[int, int]]:
+        """Waypoints, from the start or the goal, at which a yaw is asked for, and its state."""
+        ends = (0, self._start_yaw), (-1, self._goal_yaw)
+        return [(row, state_of(yaw, self._directions[row])) for row, yaw in ends if yaw is not None]
+
+    def _held(self, shut: Sequence[tuple[float, float, float]]) -> tuple[NDArray[np.bool_], Array]:
+        """(waypoints, STATES) which states are free, and by how much they are turned, rad."""
+        field, track, steps = self._field, self._track, self._steps
+        at, directions, places = self._at, self._directions, track.points[self._at]
+        free, shift = self._free.copy(), self._shift.copy()
+        if shut:
+            leave_out(shut, places, directions, float(track.lengths.max()), ends_alike(field), free)
+        asked = self._asked()
+        fits = [free[place] for place in asked]
+        leave_out_too_steep(field, at, directions, steps, self._gentle, free)
+        for place, fit in zip(asked, fits, strict=True):
+            free[place] = fit
+        turn_to_what_holds(
+            *(self._conditions.model.limits_kernel, self._conditions.arrays, field.limit),
+            *(at, directions, steps),
+            *(free & ~self._crowded[at][:, None], shift),
+        )
+        return free, shift
+
+    def _through(
+        self, free: NDArray[np.bool_], shift: Array, begin: int
+    ) -> tuple[float, NDArray[np.int64]]:
+        """Cost and states of the best yaw from waypoint ``begin`` on, as ``best_states`` has them.
+
+        Beyond the first waypoint it begins with any yaw.
+        """
+        conditions, field, track = self._conditions, self._field, self._track
+        waypoints = self._waypoints._replace(free=free, shift=shift)
+        rest = Waypoints._make(one[begin:] for one in waypoints)
+        states = np.full(2 * len(rest.at), -1, np.int64)
+        wanted = dict(self._asked())
+        cost = best_states(
+            conditions.model.limits_kernel,
+            conditions.arrays,
+            self._objective,
+            Surroundings(field.blocked, field.body_frame(), track.points, self._crowded),
+            self._steps,
+            rest,
+            Pieces._make(one[begin:] for one in self.pieces),
+            turning(conditions, self._objective),
+            wanted.get(0, -1) if begin == 0 else -1,
+            wanted.get(-1, -1),
+            self._beside,
+            states,
+        )
+        return float(cost), states
 
 
 def _chosen(
