@@ -319,14 +319,14 @@ def _yaw_through(
     most_ends: int,
     shut: Sequence[tuple[float, float, float]],
 ) -> YawProfile | Infeasible:
-    """Yaw along the whole track; ``shut`` and ``most_ends`` as for ``YawSearch.ends``."""
+    """Yaw along the whole track; ``shut`` as for ``YawSearch.best``, ends as for its ``ends``."""
     arriving: list[Array] = []
     leaving: list[Array] = []
     cost = 0.0
     for number, part in enumerate(parts):
         profile = part.best(shut)
         if not isinstance(profile, YawProfile):
-            ends = part.ends(profile, shut, most_ends)
+            ends = part.ends(profile, most_ends)
             return Infeasible(
                 *(float(profile[0]), float(profile[1])),
                 "the body cannot turn as the way would need it",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from planner.search.limit_places import Infeasible
 from planner.search.results import energy_of
 from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move, moved_alike
 from planner.search.trajectory.motion import Motion, assemble, room_to_move
@@ -32,6 +33,26 @@ def driven(request):
         return found
 
     return field, conditions, drive
+
+
+def test_all_walls_in_the_way_are_found_at_once():
+    """Three ridges that nobody climbs, with level ground between: past each the yaw is free."""
+    x = 0.25 * np.tile(np.arange(96.0), (60, 1))
+    ridges = (7.0, 12.0, 17.0)
+    heights = sum(np.maximum(0.8 - 1.2 * np.abs(x - at), 0.0) for at in ridges)
+    situation = case_of("test", ASKED, terrain(heights)).situation
+    path = np.array([[3.0, 6.0], [21.0, 6.0]])
+    found = move(
+        situation.field("energy"),
+        *(situation.conditions, [path], [None, None]),
+        objective=0,
+        checked=False,
+    )
+    assert isinstance(found, Infeasible)
+    beside = [min(abs(x - at) for at in ridges) for x, _ in found.places]
+    assert max(beside) < 1.2
+    for at in ridges:
+        assert any(abs(x - at) < 1.2 for x, _ in found.places)
 
 
 def bent(aside: float):

@@ -10,10 +10,15 @@ import pytest
 from scipy.interpolate import RectBivariateSpline
 
 from planner import plan_route
+from planner.power.limits import LIMIT_NAMES
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.search.situation.traversability import driving_ground
-from planner.search.trajectory.limit_use import LIMITS_USED
+from planner.search.trajectory import move
+from planner.search.trajectory.limit_checks import limit_shares
+from planner.search.trajectory.limit_use import LIMITS_USED, limits_used
+from planner.search.trajectory.motion import motion_rows, pieces_of
+from tests.benchmarks.peers.case import case_of
 from tests.power.reference import ROLLER, YAW, Robot, State, evaluate, gravity_on
 from tests.search.maps import drawn, hills, terrain
 
@@ -112,6 +117,24 @@ def test_speed_acceleration_and_turning_follow_from_the_poses(on_hills):
     change = np.linalg.norm(np.diff(velocity, axis=0), axis=1) / middle
     assert change.max() <= 1.0 + 1e-3
     assert shares(level.routes[0])["acceleration"] <= 1.0 + 1e-3
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_shares_are_those_on_the_arcs_of_bends_at_least(seed):
+    """Nobody drives the corners between the chords of a bend."""
+    relief = terrain(hills(rms_degrees=8.0, seed=seed))
+    situation = case_of("test", ASKED, relief).situation
+    field, conditions = situation.field("energy"), situation.conditions
+    path = np.array([[3.0, 4.0], [10.0, 5.0], [11.0, 14.0], [18.0, 15.0]])
+    motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+    inputs = field, motion, conditions.class_rows, conditions.wind
+    pieces = pieces_of(field, motion, 0.05)
+    rows, _, owner = motion_rows(*inputs, pieces, on_arcs=True)
+    on_bends = motion.curvatures[owner] != 0.0
+    most = limit_shares(conditions, conditions.model.power_and_limits(rows[on_bends])).max(axis=0)
+    used = {use.limit: use.share for use in limits_used(field, conditions, motion)}
+    for name, share in zip(LIMIT_NAMES, most, strict=True):
+        assert used[name] >= share * (1.0 - 0.003), name
 
 
 def test_the_clearance_share_is_clearance_over_distance():

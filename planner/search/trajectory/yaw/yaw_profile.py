@@ -141,6 +141,7 @@ class YawSearch:
         self._waypoints = Waypoints(
             at, self._directions, stride, steady, self._free, self._shift, spin
         )
+        self._last = self._free, self._shift
         self.pieces = pieces_of(self._waypoints, steps.lengths, self._crowded, arrays.limits)
 
     def best(self, shut: Sequence[tuple[float, float, float]] = ()) -> YawProfile | Array:
@@ -150,10 +151,10 @@ class YawSearch:
             shut: x, y and yaw with which the body is not to pass there, nor with angles near it.
         """
         at, directions, places = self._at, self._directions, self._track.points[self._at]
-        free, shift = self._held(shut)
+        free, shift = self._last = self._held(shut)
         cost, states = self._through(free, shift, 0)
         if not math.isfinite(cost):
-            return np.asarray(places[states[0]])
+            return np.asarray(places[max(states[0], 0)])
         before, after = directions + WIDTH * states[0::2], directions + WIDTH * states[1::2]
         row = np.arange(len(at))
         before += shift[row, states[0::2]]
@@ -168,21 +169,23 @@ class YawSearch:
                 before[-1] = self._goal_yaw
         return _at_samples(self._track, at, before, after, cost)
 
-    def ends(
-        self, first: Array, shut: Sequence[tuple[float, float, float]], most: int
-    ) -> list[Array]:
+    def ends(self, first: Array, most: int) -> list[Array]:
         """Places (2,), ``most`` at most, beyond which no yaw leads: past each, it is free again.
 
         Args:
-            first: of these places, from ``best``.
-            shut: as for ``best``.
+            first: of these places, from ``best``, whose free angles count here as well.
+            most: places.
         """
-        free, shift = self._held(shut)
+        free, shift = self._last
         places, found = self._track.points[self._at], [first]
         begin, last = 1 + int(np.hypot(*(places - first).T).argmin()), len(places) - 1
-        while begin < last and len(found) < most:
+        while len(found) < most:
+            # Where no yaw is free at all, it is still the same place.
+            begin += int(free[begin:].any(axis=1).argmax()) if begin < last else 0
+            if begin >= last:
+                break
             cost, states = self._through(free, shift, begin)
-            if math.isfinite(cost):
+            if math.isfinite(cost) or states[0] < 0:
                 break
             found.append(places[begin + states[0]])
             begin += 1 + int(states[0])
