@@ -22,6 +22,7 @@ Left out
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -34,6 +35,8 @@ from planner.telemetry.logs import Telemetry
 
 MOST_LAGS = 12
 """Order of the autoregression, in rows."""
+LARGEST_REFLECTION = 0.98
+"""Largest partial correlation of two rows: beyond, they would hardly count any more."""
 CLIP = 3.5
 """Residuals count at most this many spreads: one outlier cannot carry a fit."""
 MOST_OUTLIERS = 0.02
@@ -348,29 +351,56 @@ def _spread(size: Array, left: Array) -> tuple[Array, Array]:
 
 
 def _autoregression(log: Telemetry, z: Array) -> tuple[Array, Array]:
-    """Levinson & Durbin's recursion on the pooled autocovariance."""
-    parts = log.segments()
-    lengths = np.array([stop - start for start, stop in parts])
-    order = int(min(MOST_LAGS, max(0, np.max(lengths) // 4)))
-    covariance = np.zeros(order + 1)
-    pairs = np.zeros(order + 1)
-    for start, stop in parts:
-        part = z[start:stop]
-        for lag in range(min(order, len(part) - 1) + 1):
-            covariance[lag] += part[lag:] @ part[: len(part) - lag]
-            pairs[lag] += len(part) - lag
-    covariance /= np.maximum(pairs, 1.0)
-    table = np.zeros((order + 1, max(order, 1)))
-    variance = np.empty(order + 1)
-    variance[0] = max(covariance[0], 1e-12)
-    for k in range(1, order + 1):
-        previous = table[k - 1, : k - 1]
-        reflection = (covariance[k] - previous @ covariance[k - 1 : 0 : -1]) / variance[k - 1]
-        reflection = float(np.clip(reflection, -0.98, 0.98))
-        table[k, : k - 1] = previous - reflection * previous[::-1]
+    """Predictors of every order up to MOST_LAGS, and the spread that each leaves.
+
+    Returns:
+        (order + 1, order) weights of the rows before, and (order + 1,) standard deviations.
+    """
+    segments = np.array(log.segments(), np.int64).reshape(-1, 2)
+    longest = int(np.max(segments[:, 1] - segments[:, 0]))
+    products, pairs = _pooled(z, segments, min(MOST_LAGS, longest // 4))
+    table, shrink, any_noise = _levinson(products / np.maximum(pairs, 1.0))
+    if not any_noise:
+        # Means over many short stretches need not be those of any noise, and their predictors
+        # explode. Sums over as many rows each are, though they say too little of distant rows.
+        table, shrink, _ = _levinson(products / len(z))
+    return table, shrink
+
+
+@njit(cache=True, nogil=True)
+def _pooled(z: Any, segments: Any, most: int) -> Any:
+    """Sums of products of rows that are 0 to ``most`` apart, over all stretches, and their pairs.
+
+    Returns:
+        two of (most + 1,).
+    """
+    products, pairs = np.zeros(most + 1), np.zeros(most + 1)
+    for start, stop in segments:
+        for lag in range(min(most, stop - start - 1) + 1):
+            pairs[lag] += stop - start - lag
+            for n in range(start + lag, stop):
+                products[lag] += z[n] * z[n - lag]
+    return products, pairs
+
+
+@njit(cache=True, nogil=True)
+def _levinson(covariance: Any) -> Any:
+    """Levinson & Durbin's recursion; and whether the autocovariance is that of any noise."""
+    most = covariance.shape[0] - 1
+    table, shrink = np.zeros((most + 1, max(most, 1))), np.empty(most + 1)
+    shrink[0], any_noise = math.sqrt(max(covariance[0], 1e-12)), True
+    for k in range(1, most + 1):
+        left = covariance[k]
+        for lag in range(k - 1):
+            left -= table[k - 1, lag] * covariance[k - 1 - lag]
+        reflection = left / shrink[k - 1] ** 2
+        any_noise &= k == 1 or abs(reflection) <= LARGEST_REFLECTION
+        reflection = min(max(reflection, -LARGEST_REFLECTION), LARGEST_REFLECTION)
         table[k, k - 1] = reflection
-        variance[k] = variance[k - 1] * (1.0 - reflection**2)
-    return table, np.sqrt(variance)
+        for lag in range(k - 1):
+            table[k, lag] = table[k - 1, lag] - reflection * table[k - 1, k - 2 - lag]
+        shrink[k] = shrink[k - 1] * math.sqrt(1.0 - reflection**2)
+    return table, shrink, any_noise
 
 
 def _run_covariance(log: Telemetry, plain: Noise, left: Array, watts: Array, scale: Array) -> Array:

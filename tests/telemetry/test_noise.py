@@ -109,6 +109,26 @@ def test_short_runs_beside_long_ones_are_whitened_from_their_first_row():
     assert np.corrcoef(threes.T)[np.triu_indices(3, 1)] == pytest.approx(np.zeros(3), abs=0.25)
 
 
+def smooth(lengths, random) -> np.ndarray:
+    """Slow noise behind a filter of 8 rows, drawn anew for each stretch."""
+    weights = np.exp(-np.arange(30) / 8.0)
+    slow = (autoregressive(n + 29, 0.99, random) for n in lengths)
+    return np.concatenate([np.convolve(one, weights, "valid") for one in slow])
+
+
+def test_smooth_noise_of_short_stretches_is_never_blown_up():
+    """From so few rows the size of what is left is unsure, but by a factor and not by powers."""
+    lengths = [50] * 10
+    log = plain_log(lengths)
+    watts, sure = np.full(len(log), 30.0), np.zeros(len(log))
+    for seed in range(60):
+        random = np.random.default_rng(seed)
+        found, _ = noise_of(log, smooth(lengths, random), watts, sure, np.ones((len(log), 1)))
+        anew, spread = smooth(lengths, random), found.spread(watts, sure)
+        left = replace(found, by_run=np.zeros((2, 2))).whiten(log, watts, spread, anew[:, None])
+        assert left.std() < 10.0
+
+
 def test_doubtful_inputs_widen_the_spread_of_their_rows_alone():
     noise = first_order(spread=3.0)
     input_error = np.array([0.0, 4.0])

@@ -85,7 +85,7 @@ class _Search:
     spread: Array
     clusters: Integers
     interval: float
-    taken: dict[tuple[str, float] | None, Integers] = field(default_factory=dict)
+    taken: dict[tuple[str, float], Integers] = field(default_factory=dict)
 
     @classmethod
     def beside(
@@ -117,13 +117,12 @@ class _Search:
 
     def rows(self, meter: Meter | None) -> Array:
         """(n,) log-likelihood of every row."""
-        log = replace(self.log, meter=meter)
-        kind = None if meter is None else (meter.sampling, meter.period_s)
-        if kind not in self.taken:
-            self.taken[kind] = Readings.taken_in(log)
-        readings = Readings.of(log, self.taken[kind])
         shown, carried = self.together, np.zeros(len(self.log))
-        if readings is not None:
+        if meter is not None:
+            kind = meter.sampling, meter.period_s
+            if kind not in self.taken:
+                self.taken[kind] = Readings.taken_in(replace(self.log, meter=meter))
+            readings = Readings.through(self.log, meter, self.taken[kind])
             shown, carried = readings.change(shown), readings.carried
         watts = shown[:, 0] + carried
         residual = self.log.power - watts
@@ -243,12 +242,12 @@ def likelihoods(
     log = readings[0].take(slice(0, COMPARED_ROWS))
     if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
         return [0.0] * len(readings)
-    spread = _Search.beside(replace(log, meter=None), model, places).spread
-    found = []
+    first = _Search.beside(replace(log, meter=None), model, places)
+    meters, found = first.usual_meters(), []
     for reading in readings:
         one = replace(reading.take(slice(0, COMPARED_ROWS)), meter=None)
-        search = replace(_Search.beside(one, model, places), spread=spread)
-        found.append(max(float(search.rows(meter).sum()) for meter in search.usual_meters()))
+        search = replace(_Search.beside(one, model, places), spread=first.spread)
+        found.append(max(float(search.rows(meter).sum()) for meter in meters))
     return found
 
 

@@ -14,7 +14,6 @@ earlier.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -89,20 +88,19 @@ class Readings(NamedTuple):
     window: _Window | None = None
 
     @classmethod
-    def of(cls, log: Telemetry, taken: Integers | None = None) -> Readings | None:
-        """The operator of a log's meter; None where the log has none.
+    def of(cls, log: Telemetry) -> Readings | None:
+        """The operator of a log's meter; None where the log has none."""
+        meter = log.meter
+        if meter is None or not len(log):
+            return None
+        return per_log(log, "readings", lambda: cls.through(log, meter, cls.taken_in(log)))
+
+    @classmethod
+    def through(cls, log: Telemetry, meter: Meter, taken: Integers) -> Readings:
+        """The operator of a meter on rows that may have another one.
 
         ``taken`` is what ``taken_in`` gave for a meter of the same sampling and period.
         """
-        if log.meter is None or not len(log):
-            return None
-        if taken is not None:
-            return cls._of(log, log.meter, taken)
-        meter = log.meter
-        return per_log(log, "readings", lambda: cls._of(log, meter, cls.taken_in(log)))
-
-    @classmethod
-    def _of(cls, log: Telemetry, meter: Meter, taken: Integers) -> Readings:
         count = len(log)
         interval = np.where(log.interval > 0.0, log.interval, 1.0)
         middle = log.time - 0.5 * interval
@@ -202,8 +200,7 @@ def meter_columns(log: Telemetry, watts: Array) -> Array:
     def slope(name: str, value: float, step: float) -> Array:
         shown = []
         for end in (value - step, value + step):
-            readings = Readings.of(replace(log, meter=meter.with_number(name, end)), taken)
-            assert readings is not None  # the log has a meter
+            readings = Readings.through(log, meter.with_number(name, end), taken)
             shown.append(readings.shown(watts))
         return (shown[1] - shown[0]) / (2.0 * step)
 
