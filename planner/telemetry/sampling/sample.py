@@ -46,6 +46,8 @@ STEADY_TIME = 0.2
 """s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
 SAME_ROW = 0.1
 """Share by which rows of one length may differ."""
+NOISE_MEMORY = 0.2
+"""s; noise that an odometry's filter makes last is gone by then: twice a usual time constant."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
 FEWEST_ROWS = 10
@@ -73,6 +75,7 @@ class LogSource:
         steady_rows: least rows of the steady drives whose speeds are at their means in ``sample``
             and chunks; 0 where all are as read.
         half_width: s on either side of a row that its motion is smoothed over; 0 for none.
+        apart: rows from which on the noise of the speeds is independent; 1 where it is white.
         ahead: whether the motion is that between each row and the next.
         lag: s of a filter of the odometry that is undone; 0 for none.
         tilt_lag: s by which pitch and roll were late; they are earlier in ``sample`` and chunks.
@@ -90,6 +93,7 @@ class LogSource:
     mapping: MappingLike | None
     steady_rows: int = 0
     half_width: float = 0.0
+    apart: int = 1
     ahead: bool = False
     lag: float = 0.0
     tilt_lag: float = 0.0
@@ -103,14 +107,22 @@ class LogSource:
     """Most rows of a run that are held back until its end is there."""
 
     def read_as(
-        self, steady_rows: int, half_width: float, *, ahead: bool = False, lag: float = 0.0
+        self,
+        steady_rows: int,
+        half_width: float,
+        apart: int = 1,
+        *,
+        ahead: bool = False,
+        lag: float = 0.0,
     ) -> LogSource:
         """The same log, its motion smoothed, and the speeds of steady drives at their means.
 
         Args:
-            steady_rows, half_width, ahead, lag: as the attributes.
+            steady_rows, half_width, apart, ahead, lag: as the attributes.
         """
-        read = replace(self, steady_rows=steady_rows, half_width=half_width, ahead=ahead, lag=lag)
+        read = replace(
+            self, steady_rows=steady_rows, half_width=half_width, apart=apart, ahead=ahead, lag=lag
+        )
         return replace(read, sample=read.reading_of(self.sample))
 
     def steady(self) -> LogSource:
@@ -127,7 +139,7 @@ class LogSource:
         for number in range(NOISIER_COPIES):
             noisier = with_more_noise(self.sample, np.random.default_rng(number))
             again = replace(self, sample=noisier)
-            kind = read.steady_rows, read.half_width
+            kind = read.steady_rows, read.half_width, read.apart
             copies.append(again.read_as(*kind, ahead=read.ahead, lag=read.lag).sample)
         return tuple(copies)
 
@@ -166,8 +178,9 @@ class LogSource:
         """Rows as they were opened in this reading of the log."""
         smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log
         smooth = with_undone_lag(smooth, self.lag) if self.lag else smooth
-        read = at_steady_speeds(log, self.steady_rows, smooth) if self.steady_rows else smooth
-        return with_motion_between(read) if self.ahead else read
+        if self.steady_rows:
+            smooth = at_steady_speeds(log, self.steady_rows, smooth, self.apart)
+        return with_motion_between(smooth) if self.ahead else smooth
 
     @property
     def _long_rows(self) -> bool:
@@ -204,8 +217,10 @@ class LogSource:
 
         Four short rows may be steady by chance while a robot changes its speed: so there are also
         speeds as read, and longer steady drives. What is seen from row to row may be noise: so
-        there is also a smoothed motion. Which reading is the robot's motion depends on how its
-        odometry scatters and how its controller works.
+        there is also a smoothed motion. A filter of the odometry makes noise last, which looks like
+        a swing: so there are steady drives whose speeds scatter only after NOISE_MEMORY. Which
+        reading is the robot's motion depends on how its odometry scatters and how its controller
+        works.
         """
         interval = float(np.median(self.sample.interval)) if len(self.sample) else STEADY_TIME
         rows = max(round(STEADY_TIME / max(interval, 1e-9)), LEAST_SEGMENT_ROWS)
@@ -213,7 +228,11 @@ class LogSource:
         kinds = [(rows, width) for width in smooth] + [(0, width) for width in smooth]
         if rows > LEAST_SEGMENT_ROWS:
             kinds += [(0, 0.0), (rows, 0.0)]
-        return self.steady(), *(self.read_as(*kind) for kind in kinds)
+        readings = [self.steady(), *(self.read_as(*kind) for kind in kinds)]
+        apart = round(NOISE_MEMORY / max(interval, 1e-9))
+        if apart > 1:
+            readings.append(self.read_as(apart * LEAST_SEGMENT_ROWS, 0.0, apart))
+        return tuple(readings)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -244,7 +263,7 @@ class LogSource:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
         tilt = self.tilt_lag, self.tilt_filter, self.rested
-        reading = self.steady_rows, self.half_width, self.ahead, self.lag, *tilt
+        reading = self.steady_rows, self.half_width, self.apart, self.ahead, self.lag, *tilt
         said = self.mapping, *reading, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())

@@ -2,6 +2,7 @@
 
     log = at_steady_speeds(log)     # the same rows; vx, vy and wz each at its mean where steady
     log = at_steady_speeds(log, 10)                  # where it is so for ten rows or more
+    log = at_steady_speeds(log, 16, apart=4)         # noise lasts for up to four rows
 
 While a robot keeps its speed, changes by millimetres a second are errors of odometry, or the speed
 controller's answer to a bump: the robot slows down a little *because* it needs more power. A fit
@@ -23,6 +24,10 @@ until they hold or have fewer than LEAST_SEGMENT_ROWS rows; those keep their spe
 stretch the acceleration is that of a constant speed, also where it was measured: an accelerometer's
 noise is larger than the change that odometry leaves possible, and would send the rollers of a
 straight drive to and fro within every row.
+
+Fused odometry filters its noise, so next rows differ less than the noise is, as they do in a swing.
+Rows that are some time apart show it as it is: with ``apart``, only so many rows on is noise a new
+one, and both tests go by that.
 Source
     own; the estimate of a scatter that drift does not enlarge: von Neumann, "Distribution of the
     ratio of the mean square successive difference to the variance", Annals of Mathematical
@@ -54,7 +59,10 @@ _RATES = [INDEX[name] for name in ("ax", "ay", "yaw_acceleration")]
 
 
 def at_steady_speeds(
-    log: Telemetry, least: int = LEAST_SEGMENT_ROWS, elsewhere: Telemetry | None = None
+    log: Telemetry,
+    least: int = LEAST_SEGMENT_ROWS,
+    elsewhere: Telemetry | None = None,
+    apart: int = 1,
 ) -> Telemetry:
     """The log with the speeds of steady stretches at their means.
 
@@ -62,6 +70,7 @@ def at_steady_speeds(
         log: the rows; their runs and times say which of them follow each other.
         least: rows of a stretch, at least.
         elsewhere: the same rows in another reading, which stands outside of steady stretches.
+        apart: rows from which on the noise is independent; ``least`` is several times as many.
 
     Returns:
         A log with the same rows, of which only velocities and accelerations differ; from
@@ -77,7 +86,7 @@ def at_steady_speeds(
         speed = log.rows[:, place].copy()
         steady, inside = np.zeros((2, len(log)), np.bool_)
         if len(log):
-            _average(speed, ends, most, least, steady, inside)
+            _average(speed, ends, most, least, apart, steady, inside)
         rows[steady, place] = speed[steady]
         rate[inside, axis] = 0.0
     vx, vy, wz = rows[:, _SPEEDS].T
@@ -107,7 +116,9 @@ def stretches(log: Telemetry, speed: str) -> tuple[Integers, Integers, Mask]:
 
 
 @njit(cache=True, nogil=True)
-def _average(speed: Any, ends: Any, most: float, least: int, steady: Any, inside: Any) -> None:
+def _average(
+    speed: Any, ends: Any, most: float, least: int, apart: int, steady: Any, inside: Any
+) -> None:
     """Average a speed (n,) over steady stretches, in place; mark their rows and those inside.
 
     ``ends`` are those of the segments; ``most`` is how far the speed may range, over ``least`` rows
@@ -124,12 +135,12 @@ def _average(speed: Any, ends: Any, most: float, least: int, steady: Any, inside
                 begin, end = waiting.pop()
                 if end - begin < least:
                     continue
-                if _drifts(speed[begin:end]):
+                if _drifts(speed[begin:end], apart):
                     middle = begin + (end - begin) // 2
                     waiting.append((middle, end))
                     waiting.append((begin, middle))
                     continue
-                speed[begin:end] = _steady(speed[begin:end])
+                speed[begin:end] = _steady(speed[begin:end], apart)
                 steady[begin:end] = True
                 inside[begin if begin == first else begin + 1 : end if end == last else end - 1] = (
                     True
@@ -150,22 +161,23 @@ def _end_of_range(speed: Any, start: int, last: int, most: float) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _drifts(part: Any) -> bool:
-    """Whether the halves of a stretch (n,) differ by more than its scatter from row to row."""
-    count, scatter = part.shape[0], _scatter(part)
+def _drifts(part: Any, apart: int) -> bool:
+    """Whether the halves of a stretch (n,) differ by more than its scatter, or that is smooth."""
+    count, scatter = part.shape[0], _scatter(part, apart)
     half = count // 2
-    apart = abs(np.mean(part[:half]) - np.mean(part[count - half :]))
-    smooth = scatter**2 < (1.0 - SMOOTH_Z / np.sqrt(count + 1.0)) * np.var(part)
-    return bool(smooth or apart > DRIFT_Z * scatter * np.sqrt(2.0 / half))
+    differ = abs(np.mean(part[:half]) - np.mean(part[count - half :]))
+    smooth = scatter**2 < (1.0 - SMOOTH_Z / np.sqrt(count / apart + 1.0)) * np.var(part)
+    return bool(smooth or differ > DRIFT_Z * scatter * np.sqrt(2.0 * apart / half))
 
 
 @njit(cache=True, nogil=True)
-def _steady(part: Any) -> float:
+def _steady(part: Any, apart: int) -> float:
     """Mean of a stretch (n,), or zero where it does not differ from zero by REST_Z."""
-    mean = np.mean(part)
-    return 0.0 if abs(mean) < REST_Z * _scatter(part) / np.sqrt(part.shape[0]) else float(mean)
+    mean = float(np.mean(part))
+    error = _scatter(part, apart) / np.sqrt(part.shape[0] / apart)
+    return 0.0 if abs(mean) < REST_Z * error else mean
 
 
 @njit(cache=True, nogil=True)
-def _scatter(part: Any) -> float:
-    return float(np.sqrt(0.5 * np.mean((part[1:] - part[:-1]) ** 2)))
+def _scatter(part: Any, apart: int) -> float:
+    return float(np.sqrt(0.5 * np.mean((part[apart:] - part[:-apart]) ** 2)))

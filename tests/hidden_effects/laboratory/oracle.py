@@ -89,7 +89,7 @@ class Oracle:
             key=lambda s: (abs(s.tilt_filter - imu.angle_filter), abs(s.tilt_lag - imu.angle_lag)),
         )
         rows = {
-            (tilt.tilt_lag, tilt.tilt_filter, s.steady_rows, s.half_width): s.sample
+            (tilt.tilt_lag, tilt.tilt_filter, s.steady_rows, s.half_width, s.apart): s.sample
             for tilt in {id(each): each for each in (read, tilts[0])}.values()
             for s in (tilt, *tilt.readings())
         }

@@ -92,3 +92,33 @@ def test_noise_of_the_motion_does_not_change_the_meter(swaying, robot, base, tim
     assert chosen.steady_rows == 0, "no speed is held"
     found = chosen.sample.meter.time_constant_s if chosen.sample.meter else 0.0
     assert found == pytest.approx(time_constant, rel=0.1, abs=0.5 * STEP)
+
+
+@pytest.mark.parametrize("real", [True, False])
+def test_noise_that_a_filter_makes_last_is_no_sideways_motion(robot, base, real):
+    """Drives at 20 Hz, the noise of their sideways speed 4 mm/s behind a filter of 0.1 s.
+
+    Of noise that lasts, next rows are alike as those of a swing are. Rollers that stand would get
+    friction to either side, which bends what a model finds.
+    """
+    step, lengths = 0.05, [400] * 8
+    random, count = np.random.default_rng(14), sum(lengths)
+    log = plain_log(lengths)
+    time = step * np.concatenate([np.arange(1.0, length + 1.0) for length in lengths])
+    rows, keep = log.rows.copy(), np.exp(-step / 0.1)
+    held = np.repeat(random.uniform(0.2, 0.7, count // HELD), HELD)
+    forward = np.repeat(random.random(count // HELD) < 0.7, HELD)
+    rows[:, INDEX["vx"]], rows[:, INDEX["vy"]] = held * forward, held * ~forward
+    beside = np.zeros(count)
+    for k in range(1, count):
+        beside[k] = keep * beside[k - 1] + 0.004 * np.sqrt(1.0 - keep**2) * random.normal()
+    straight = replace(log, rows=rows, time=time, interval=np.full(count, step))
+    seen = rows.copy()
+    seen[:, INDEX["vy"]] += beside
+    seen[:, INDEX["vx"]] += 0.001 * random.standard_normal(count)
+    seen_log = replace(straight, rows=seen)
+    power = predict(robot, seen_log if real else straight)
+    noise = 0.1 * random.standard_normal(count)
+    chosen = best_reading(open_source(replace(seen_log, power=power + noise)), base)
+    share = np.mean(chosen.sample.rows[forward, INDEX["vy"]] == 0.0)
+    assert (share > 0.9) == (not real)

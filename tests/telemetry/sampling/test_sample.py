@@ -93,9 +93,12 @@ def test_what_is_no_log_is_refused():
         open_source(17)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("interval", "rows"), [(0.5, [4]), (0.02, [4, 0, 10])])
+@pytest.mark.parametrize(("interval", "rows"), [(0.5, [4]), (0.1, [4, 8]), (0.02, [4, 0, 10, 40])])
 def test_short_rows_are_read_in_several_ways(interval, rows):
-    """Four rows are a drive that lasts, or shorter than a motor needs to change a speed."""
+    """Four rows are a drive that lasts, or shorter than a motor needs to change a speed.
+
+    Where noise lasts for some rows, a drive is steady for as many times four.
+    """
     log = replace(plain_log([30, 30]), interval=np.full(60, interval))
     readings = open_source(log).readings()
     assert [reading.steady_rows for reading in readings] == rows

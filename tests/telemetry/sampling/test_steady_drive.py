@@ -73,6 +73,22 @@ def test_what_cannot_be_told_from_rest_is_rest():
     assert at_steady_speeds(driven(speeds)).rows[:, INDEX["vy"]] == pytest.approx(0.005, abs=5e-4)
 
 
+def test_noise_that_lasts_is_rest_and_a_slow_swing_is_motion():
+    """Rows of 0.05 s: noise behind a filter of 0.1 s is another one four rows later."""
+    keep, random = np.exp(-0.05 / 0.1), np.random.default_rng(4)
+    speeds = steady(rows=400, vy=0.0)
+    for k in range(1, 400):
+        speeds[k, 1] = keep * speeds[k - 1, 1] + 0.004 * np.sqrt(1.0 - keep**2) * random.normal()
+    lasting = plain_log([400])
+    lasting.rows[:, SPEEDS] = speeds
+    as_white, as_lasting = (at_steady_speeds(lasting, 4 * k, apart=k).rows for k in (1, 4))
+    assert np.mean(as_white[:, INDEX["vy"]] == 0.0) < 0.8
+    assert np.mean(as_lasting[:, INDEX["vy"]] == 0.0) > 0.9
+    speeds[:, 1] = 0.008 * np.sin(np.arange(400) / 60.0)  # over 19 s
+    swinging = at_steady_speeds(driven(speeds), 16, apart=4).rows[:, INDEX["vy"]]
+    assert swinging == pytest.approx(speeds[:, 1], abs=0.004)
+
+
 def test_runs_are_steady_each_by_itself():
     two = driven(np.concatenate([steady(vx=0.300), steady(vx=0.304)]), runs=2)
     found = at_steady_speeds(two).rows[:, INDEX["vx"]]
