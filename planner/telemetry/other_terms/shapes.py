@@ -3,10 +3,10 @@
     dictionary = Dictionary.of(log)     # thresholds and centres from the log's own range
     columns = dictionary.columns(rows)  # (n, number of shapes)
 
-A shape is one column: a power or a bump of the speed, a harmonic of the heading, a hinge of the
-slope, a step of the temperature, a decay since the start, alone and times the speed. Shapes show
-*that* something is missing, over which quantity, and with which curve. The proposed formula then
-has its thresholds and widths fitted (planner.telemetry.diagnosis.unknown_effect).
+A shape is one column: a power, bump or hinge of the speed, a harmonic of the heading, a hinge of
+the slope, a step of the temperature, a decay since the start, alone and times the speed. Shapes
+show *that* something is missing, over which quantity, and with which curve. The proposed formula
+then has its thresholds and widths fitted (planner.telemetry.diagnosis.unknown_effect).
 
 A log that was driven at three speeds and nothing in between does not determine a curve: any bump on
 one of them would fit, and be wrong at the next speed. Such an axis has no shapes. Two loads tell
@@ -72,6 +72,8 @@ SWITCHING = ("load", "temperature", AIR, "time_since_start")
 rows are near zero, on which side decides the sensor."""
 FADING = (0.08, 0.2, 0.5)
 """Speeds over which something fades that starts with the motion, as shares of the top speed."""
+KNEES = (0.3, 0.5, 0.7)
+"""Speeds from which on something rises, as shares of the top speed."""
 LOBES, LOBE_WIDTH = 8, 0.9
 """Headings around which something acts on one side, and how widely, rad; a cosine acts with the
 opposite sign on the other side."""
@@ -245,6 +247,7 @@ def shapes_over(axis: str, low: float, high: float) -> list[Shape]:
             shapes = [Shape(axis, "power", float(p)) for p in (1, 2, 3)]
             places = [(k, high / count) for count in (6, 12) for k in range(count)]
             shapes += [Shape(axis, "bump", (k + 0.5) * part, 0.7 * part) for k, part in places]
+            shapes += [Shape(axis, "above", k * high) for k in KNEES]
             return shapes + [Shape(axis, "fading", k * high) for k in FADING] + steps
         case "heading":
             wanted, powers = [(kind, n) for n in HARMONICS for kind in ("cos", "sin")], (0, 1, 2)

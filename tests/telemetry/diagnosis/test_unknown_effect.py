@@ -107,6 +107,22 @@ def test_what_fades_with_speed_is_no_stiction(motion, base):
     assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
 
 
+@pytest.mark.parametrize("place", [0.4, 0.55])
+def test_what_rises_from_a_speed_on_is_no_air(motion, base, place):
+    """A resonance that sets in, or a fan behind the motors: a bump and a drag would follow it."""
+    speed = motion_axes(motion.rows)["speed"]
+    threshold = place * np.percentile(speed, 99)
+    extra = 6.0 * WATTS * np.maximum(speed - threshold, 0.0) / (speed.max() - threshold)
+    found = diagnose(measured(motion, base, NOISE, seed=8, extra=extra), base)
+    assert found.verdict == "outside_catalogue", found.sentence
+    assert found.selected == ()
+    assert found.outside.quantities == ("speed",)
+    assert found.outside.formula == "strength * hinge(speed - threshold)"
+    slots = zip(found.model.slots, found.model.parameters, strict=True)
+    (fitted,) = (value for (_, name, _, _), value in slots if name == "threshold")
+    assert fitted == pytest.approx(threshold, abs=0.1 * threshold)
+
+
 @pytest.mark.parametrize("order", [1, 4])
 @pytest.mark.parametrize("power", [0, 1])
 def test_a_harmonic_of_the_heading_gets_its_own_formula(motion, base, order, power):
