@@ -17,11 +17,12 @@ from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.power.rows import rows_from
 from planner.power.sanity import oddities
+from planner.power.time_weight import with_time_weight
 from planner.power.vehicles import Limits, Vehicle
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import ModelArrays
 from planner.search.requests import SituationRequest
-from planner.search.resolution import DIRECTIONS
+from planner.search.resolution import DIRECTIONS, MOST_WEIGHT
 from planner.terrain.heightmap import Terrain
 
 PLANNED_SLIDING_SPEED = 0.0008
@@ -49,6 +50,7 @@ class OperatingConditions:
         lasting: whether steady driving takes no more torque than motors give for good. Turns and
             changes of speed may, up to the peak.
         stated: limits as the vehicle states them; the model's are near what its drive reaches.
+        seconds_at: W, the time weight in the model of ``hurried``.
     """
 
     model: PowerModel
@@ -57,6 +59,7 @@ class OperatingConditions:
     wind: Array
     lasting: bool = False
     stated: Limits | None = None
+    seconds_at: float = 0.0
 
     @cached_property
     def key(self) -> tuple[object, ...]:
@@ -81,6 +84,14 @@ class OperatingConditions:
         for_good = model.vehicle.limits.continuous_torque if self.lasting else math.inf
         limits = np.append(self.limits, for_good)
         return ModelArrays(*numbers, self.class_rows, limits, self.wind)
+
+    @cached_property
+    def hurried(self) -> OperatingConditions:
+        """Those with seconds that weigh so much that energy counts only among motions as quick."""
+        row = self.class_rows[:1].copy()
+        set_motion(row[0], 0.0, 0.0, 0.0, 0.0, float(self.limits[0]))
+        watts = MOST_WEIGHT * abs(float(self.model.watts(row)[0]))
+        return replace(self, model=with_time_weight(self.model, watts), seconds_at=watts)
 
     @property
     def mass(self) -> float:

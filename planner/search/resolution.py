@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 OBJECTIVES = {"energy": 0, "time": 1, "length": 2}
+MOST_WEIGHT = 1e2
+"""Time weight, as a multiple of the mean power, above which only time counts."""
 LEAST_COST = 1e-3
 """J, s or m that a metre costs at least in a search: wind may push for nothing."""
 

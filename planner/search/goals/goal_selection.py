@@ -249,7 +249,8 @@ class _Arrival:
         end = place.model_copy(update={"x": x, "y": y})
         yaws = (self.before.yaw, place.yaw)
         aim = OBJECTIVES[self.objective]
-        route = drive(self.field, self.run.conditions, [leg], yaws, objective=aim)
+        field, conditions = self.run.situation.to_drive(self.field, self.objective)
+        route = drive(field, conditions, [leg], yaws)
         if isinstance(route, Route):
             values = (route.energy_j, route.duration_s, route.length_m)
             return values[aim], end

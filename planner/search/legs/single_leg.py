@@ -150,7 +150,7 @@ class LegPlanner:
             best = min(best, better, key=lambda one: one.energy)
         if best.energy >= rough:
             return None
-        route = drive(field, conditions, best.legs, yaws, objective=0)
+        route = drive(field, conditions, best.legs, yaws)
         if not isinstance(route, Route) or (other and route.energy_j >= other.route.energy_j):
             return None
         return Leg(route, best.legs[0], best.energy)

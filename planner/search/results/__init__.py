@@ -1,6 +1,6 @@
 """A route and its energy account by physical effect.
 
-route = drive(field, conditions, legs, yaws, objective=0)    # Route, or Infeasible
+route = drive(field, conditions, legs, yaws)    # Route, or Infeasible
 route = price(field, conditions, motion)
 """
 

@@ -1,6 +1,6 @@
 """What a motion takes from the source: by step, and with the account by physical effect.
 
-route = drive(field, conditions, legs, yaws, objective=0)      # or Infeasible, with the place
+route = drive(field, conditions, legs, yaws)      # or Infeasible, with the place
 route = price(field, conditions, motion)                       # of a motion that is there already
 """
 
@@ -31,7 +31,6 @@ def drive(
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
-    objective: int,
     charge: float | None = None,
 ) -> Route | Infeasible:
     """The best motion along a path and its energy.
@@ -41,10 +40,9 @@ def drive(
         conditions: model and conditions.
         legs: polylines from one fixed point to the next.
         yaws: asked for at every fixed point.
-        objective: 1 minimises time, anything else energy.
         charge: share of the battery's capacity that is left; None counts it as full.
     """
-    motion = move(field, conditions, legs, yaws, objective=objective)
+    motion = move(field, conditions, legs, yaws)
     return (
         motion
         if isinstance(motion, Infeasible)

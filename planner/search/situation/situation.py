@@ -208,6 +208,25 @@ class Situation:
         extra = self.conditions.wind_by_direction() if objective == "energy" else None
         return self.ground.field(self.costs(objective), extra=extra, factor=factor, margin=margin)
 
+    def to_drive(self, field: CostField, objective: str) -> tuple[CostField, OperatingConditions]:
+        """Map and conditions for motions along a path that was found for an objective.
+
+        However a path was found, the robot turns as costs it least along it. For the fastest
+        motion seconds count most by far, so that of all that are as quick it takes the one of
+        least energy.
+        """
+        if objective == "energy":
+            return field, self.conditions
+        costs = self.costs("energy")
+        conditions = self.conditions.hurried if objective == "time" else self.conditions
+        by_yaw = costs.by_yaw
+        if objective == "time":
+            by_yaw = by_yaw + conditions.seconds_at * self.costs("time").by_yaw
+        field = field._replace(
+            by_yaw=by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
+        )
+        return field, conditions
+
     def corner_penalty(self, objective: str) -> float:
         """What refinement counts for a corner, beside the costs of the metres."""
         if objective == "length":

@@ -19,7 +19,7 @@ from planner.arrays import Array
 from planner.errors import Cancelled
 from planner.search.field import polyline_cost
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import MARGIN
+from planner.search.resolution import MARGIN, OBJECTIVES
 from planner.search.results import Route, SearchSummary
 from planner.search.run import Run
 from planner.search.second_core import Later
@@ -35,6 +35,7 @@ from planner.search.solve.sketch import (
     Legs,
     with_costs,
 )
+from planner.search.turns import turning
 
 BASELINES = {"shortest": "length", "fastest": "time"}
 """Baselines by name, and the objective that each is best for."""
@@ -265,10 +266,13 @@ def _worth_driving(run: Run, own: Attempt, other: Attempt, objective: str) -> bo
     if route is None or other.route is None:
         return route is None
     assert other.legs is not None  # a route has legs
-    if objective == "energy":
-        # No motion along it dissipates less than its metres do, whatever it does at its bends.
-        field = own.field
-        metres = sum(polyline_cost(field, path, field.step) for path, _ in other.legs)
-        if metres >= dissipated(run, route) and math.isfinite(metres):
-            return False
+    # No motion along it costs less than its metres do, whatever it does at its bends.
+    field = own.field
+    metres = sum(polyline_cost(field, path, field.step) for path, _ in other.legs)
+    if objective == "time":
+        # Nor is it quicker than with one ramp up and one down.
+        ramps = turning(run.conditions, OBJECTIVES["time"]).stop
+        return metres + ramps < route.duration_s or metres < ramps
+    if objective == "energy" and metres >= dissipated(run, route) and math.isfinite(metres):
+        return False
     return other.route.value(objective) < (1.0 + CLOSE) * route.value(objective)

@@ -20,7 +20,6 @@ from planner.arrays import Array
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import OBJECTIVES
 from planner.search.results import energy_of
 from planner.search.run import Run
 from planner.search.se2 import PosePath, keeping_yaw
@@ -186,7 +185,8 @@ def driven_roughly(
     motion = trajectory(run, field, legs, objective, effort, closely=False)
     if isinstance(motion, Infeasible):
         return Driven(legs, motion)
-    energy = energy_of(field, run.conditions, motion)
+    _, conditions = run.situation.to_drive(field, objective)
+    energy = energy_of(field, conditions, motion)
     climb = run.conditions.mass * STANDARD_GRAVITY * float(motion.heights[-1] - motion.heights[0])
     return Driven(legs, motion, energy, energy - climb)
 
@@ -215,18 +215,12 @@ def trajectory(
     Without ``closely``, limits are checked between samples only where nothing is driven closely.
     """
     run.check()
-    if objective == "length":
-        # Whichever way it goes, a robot turns as costs it least.
-        costs = run.situation.costs("energy")
-        field = field._replace(
-            by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
-        )
+    field, conditions = run.situation.to_drive(field, objective)
     return move(
         field,
-        run.conditions,
+        conditions,
         [path for path, _ in legs],
         run.yaws,
-        objective=OBJECTIVES[objective],
         care=CLOSELY if closely else ROUGHLY if effort.patient else HASTILY,
         checked=closely or not effort.closely,
         check=run.check,

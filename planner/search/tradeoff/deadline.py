@@ -17,11 +17,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from planner.amounts import seconds
+from planner.search.resolution import MOST_WEIGHT
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.tradeoff.hull import (
     LEAST_CHORD_GAIN,
-    MOST_WEIGHT,
     between,
     chord_price,
     ends_of,

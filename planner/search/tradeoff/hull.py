@@ -15,13 +15,14 @@ from itertools import pairwise
 
 import numpy as np
 
+from planner.search.resolution import MOST_WEIGHT
 from planner.search.results import Route
 from planner.search.tradeoff.weighted_objective import DrivenRoute, PricedSearch
 
 FAST_WEIGHT = 10.0
 """Time weight, as a multiple of the mean power, at which quick paths are searched for."""
-LEAST_WEIGHT, MOST_WEIGHT = 1e-2, 1e2
-"""Time weights, as multiples of the mean power, below which only energy counts, above only time."""
+LEAST_WEIGHT = 1e-2
+"""Time weight, as a multiple of the mean power, below which only energy counts."""
 LEAST_CHORD_GAIN = 0.01
 """Share of a chord's energy span by which a new route must lie below the chord."""
 

@@ -145,7 +145,7 @@ class PricedSearch:
         self.run.check()
         situation = self._priced(watts)
         field = situation.field("energy", known.margin)
-        route = drive(field, situation.conditions, known.legs, known.yaws, objective=0)
+        route = drive(field, situation.conditions, known.legs, known.yaws)
         if not isinstance(route, Route):
             return None
         return replace(known, route=self._repriced(route, field))

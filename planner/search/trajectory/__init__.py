@@ -1,6 +1,6 @@
 """From a path to a trajectory within limits: corners, yaw profile, speed profile, in this order.
 
-motion = move(field, conditions, legs, yaws, objective=0)    # Motion, or Infeasible that says where
+motion = move(field, conditions, legs, yaws)    # Motion, or Infeasible that says where
 """
 
 from planner.search.trajectory.drive import CLOSELY, ROUGHLY, move, moved_alike

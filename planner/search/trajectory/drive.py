@@ -1,6 +1,6 @@
 """From a path to a motion that a robot drives: corners, yaw, speed, and both once more.
 
-    motion = move(field, conditions, legs, yaws, objective=0)      # or Infeasible that says where
+    motion = move(field, conditions, legs, yaws)      # or Infeasible that says where
 
 planner.search.results.energy_account prices it.
 """
@@ -20,7 +20,7 @@ from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField
 from planner.search.kernel_arguments import Steps
 from planner.search.limit_places import Infeasible
-from planner.search.resolution import LEVELS, MORE_LEVELS, OBJECTIVES, SLOWEST
+from planner.search.resolution import LEVELS, MORE_LEVELS, SLOWEST
 from planner.search.trajectory.heat import overheated, rested
 from planner.search.trajectory.motion import (
     Motion,
@@ -81,7 +81,6 @@ def move(
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     *,
-    objective: int,
     care: Care = CLOSELY,
     checked: bool = True,
     check: Callable[[], None] = lambda: None,
@@ -93,15 +92,14 @@ def move(
         conditions: model and conditions.
         legs: polylines (k, 2) in m, each from one fixed point to the next.
         yaws: wanted at every fixed point, rad; one more than legs.
-        objective: 1 minimises time, anything else energy.
         care: how closely.
         checked: whether all limits are checked between the samples of the profiles too.
         check: called between profiles; may raise to stop.
     """
-    motion = _move(field, conditions, legs, yaws, objective, care, checked, check)
+    motion = _move(field, conditions, legs, yaws, care, checked, check)
     if len(legs) > 1 and isinstance(motion, Infeasible):
         # Where no bend past a via place can be driven, a stop there may do.
-        stopped = _move(field, conditions, legs, yaws, objective, care, checked, check, led=False)
+        stopped = _move(field, conditions, legs, yaws, care, checked, check, led=False)
         motion = motion if isinstance(stopped, Infeasible) else stopped
     if checked and isinstance(motion, Motion):
         too_warm = overheated(field, conditions, motion)
@@ -114,7 +112,6 @@ def _move(
     conditions: OperatingConditions,
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
-    objective: int,
     care: Care,
     checked: bool,
     check: Callable[[], None],
@@ -123,9 +120,7 @@ def _move(
     """The best motion by the limits that hold at every moment; ``led`` as for the track."""
     turned = [k for k, yaw in enumerate(yaws) if isinstance(yaw, tuple)]
     if turned:
-        return _in_parts(
-            field, conditions, legs, yaws, turned, objective, care, checked, check, led
-        )
+        return _in_parts(field, conditions, legs, yaws, turned, care, checked, check, led)
     free_or_one = [arriving(yaw) for yaw in yaws]
     limits = conditions.model.vehicle.limits
     track = _track_along(field, conditions, legs, led=led)
@@ -136,7 +131,6 @@ def _move(
         YawSearch,
         conditions,
         field,
-        objective=objective,
         beside=care.yaws,
         most_waypoints=care.waypoints,
     )
@@ -155,7 +149,6 @@ def _move(
             search = SpeedSearch(
                 *(field, conditions, roomy),
                 steps if roomy is track else steps_of(field, roomy),
-                objective=objective,
                 beside=care.speeds,
                 levels=care.levels,
                 checked=checked,
@@ -175,7 +168,7 @@ def _move(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Infeasible(float(x), float(y), "the body touches something", True)
-    if not checked or objective == OBJECTIVES["time"]:
+    if not checked:
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])
@@ -269,7 +262,6 @@ def _in_parts(
     legs: Sequence[Array],
     yaws: Sequence[Wanted],
     turned: Sequence[int],
-    objective: int,
     care: Care,
     checked: bool,
     check: Callable[[], None],
@@ -282,7 +274,7 @@ def _in_parts(
         if end > begun:
             wanted = [leaving(yaws[begun]), *yaws[begun + 1 : end], arriving(yaws[end])]
             inner = legs[begun:end]
-            part = _move(field, conditions, inner, wanted, objective, care, checked, check, led)
+            part = _move(field, conditions, inner, wanted, care, checked, check, led)
             if isinstance(part, Infeasible):
                 return part
             parts.append(part)

@@ -93,7 +93,6 @@ class Stretch(NamedTuple):
         turns: (n,) rad by which the body turns on it.
         stops: (n + 1,) samples at which the robot stands.
         acceleration: m/s² at most.
-        objective: 1 for s, anything else for J.
     """
 
     steps: Steps
@@ -101,7 +100,6 @@ class Stretch(NamedTuple):
     turns: Array
     stops: NDArray[np.bool_]
     acceleration: float
-    objective: int
 
     def some(self, chosen: NDArray[np.int64]) -> Stretch:
         """Some of the steps, one after the other."""
@@ -113,7 +111,7 @@ class Stretch(NamedTuple):
         )
 
 
-STRETCH = tuple_type(Stretch, STEPS, F1, F1, B1, types.float64, types.int64)
+STRETCH = tuple_type(Stretch, STEPS, F1, F1, B1, types.float64)
 
 
 def stretches_of(
@@ -173,7 +171,7 @@ def estimate(
     parameters, body, wheels, class_rows, limits, wind = arrays
     directions, lengths, curvatures, slopes, _, ground = stretch.steps
     yaw, turns, stops = stretch.yaw, stretch.turns, stretch.stops
-    most_acceleration, objective = stretch.acceleration, stretch.objective
+    most_acceleration = stretch.acceleration
     columns, found = empty_block()
     count, reach = expected.shape[1], expected.shape[2] // 2
     level = levels(limits[0], count)
@@ -194,43 +192,40 @@ def estimate(
             limits[6] * surface / max(abs(turns[j]), 1e-12),
             math.sqrt(most_acceleration / max(abs(curvatures[j]), 1e-12)),
         ) * (1.0 + 1e-6)
-        if objective != 1:
-            if j % together == 0:
-                size = 0
-                for k in range(j, min(j + together, lengths.shape[0])):
-                    fill_row(row, class_rows[ground[k]])
-                    further = set_motion(
-                        row, slopes[k, 0], slopes[k, 1], yaw[k], directions[k], 1.0
-                    )
-                    vx, vy = row[_VX], row[_VY]
-                    set_wind(row, wind, yaw[k])
-                    for q in at:
-                        speed = max(level[q], 0.5 * level[1])
-                        row[_VX], row[_VY] = vx * speed, vy * speed
-                        row[_WZ] = turns[k] * speed / (lengths[k] * further)
-                        set_acceleration(row, 0.0, speed * speed * curvatures[k], vx, vy, 1.0)
-                        put_row(columns, size, row)
-                        size += 1
-                    row[_VX], row[_VY] = vx * half, vy * half
-                    row[_WZ] = 0.0
-                    for step in range(-2, 3):
-                        set_acceleration(row, step * pull, 0.0, vx, vy, 1.0)
-                        put_row(columns, size, row)
-                        size += 1
-                kernel(columns, size, parameters, body, wheels, found)
-            first = j % together * priced
-            before = -1
-            for number in range(len(at)):
-                q = at[number]
-                even[q] = found[first + number]
-                for r in range(before + 1, q):
-                    share = (level[r] - level[before]) / (level[q] - level[before])
-                    even[r] = even[before] + share * (even[q] - even[before])
-                before = q
-            for q in range(1, count):
-                below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
-            # W at accelerations from braking hard to speeding up hard.
-            drawn = found[first + len(at) : first + priced]
+        if j % together == 0:
+            size = 0
+            for k in range(j, min(j + together, lengths.shape[0])):
+                fill_row(row, class_rows[ground[k]])
+                further = set_motion(row, slopes[k, 0], slopes[k, 1], yaw[k], directions[k], 1.0)
+                vx, vy = row[_VX], row[_VY]
+                set_wind(row, wind, yaw[k])
+                for q in at:
+                    speed = max(level[q], 0.5 * level[1])
+                    row[_VX], row[_VY] = vx * speed, vy * speed
+                    row[_WZ] = turns[k] * speed / (lengths[k] * further)
+                    set_acceleration(row, 0.0, speed * speed * curvatures[k], vx, vy, 1.0)
+                    put_row(columns, size, row)
+                    size += 1
+                row[_VX], row[_VY] = vx * half, vy * half
+                row[_WZ] = 0.0
+                for step in range(-2, 3):
+                    set_acceleration(row, step * pull, 0.0, vx, vy, 1.0)
+                    put_row(columns, size, row)
+                    size += 1
+            kernel(columns, size, parameters, body, wheels, found)
+        first = j % together * priced
+        before = -1
+        for number in range(len(at)):
+            q = at[number]
+            even[q] = found[first + number]
+            for r in range(before + 1, q):
+                share = (level[r] - level[before]) / (level[q] - level[before])
+                even[r] = even[before] + share * (even[q] - even[before])
+            before = q
+        for q in range(1, count):
+            below[q] = below[q - 1] + 0.5 * (even[q - 1] + even[q]) * (level[q] - level[q - 1])
+        # W at accelerations from braking hard to speeding up hard.
+        drawn = found[first + len(at) : first + priced]
         faster, slower = (2.0 * surface * (1.0 + 1e-6)) * hardest[j]
         for a in range(count):
             if level[a] > most:
@@ -242,16 +237,15 @@ def estimate(
                 if level[b] > most:
                     break
                 cost = time = 2.0 * surface / (level[a] + level[b])
-                if objective != 1:
-                    cost = time * even[a]
-                    if change != 0.0:
-                        cost = time * (below[b] - below[a]) / (level[b] - level[a])
-                        # Work goes with the speed, heat with the square of the acceleration.
-                        side = 1 if change > 0.0 else -1
-                        once = drawn[2 + side] - drawn[2]
-                        bent = 0.5 * (drawn[2 + 2 * side] - drawn[2] - 2.0 * once)
-                        cost += 0.5 * abs(change) * (once - bent) / (pull * half)
-                        cost += bent * (change / (2.0 * surface * pull)) ** 2 * time
+                cost = time * even[a]
+                if change != 0.0:
+                    cost = time * (below[b] - below[a]) / (level[b] - level[a])
+                    # Work goes with the speed, heat with the square of the acceleration.
+                    side = 1 if change > 0.0 else -1
+                    once = drawn[2 + side] - drawn[2]
+                    bent = 0.5 * (drawn[2 + 2 * side] - drawn[2] - 2.0 * once)
+                    cost += 0.5 * abs(change) * (once - bent) / (pull * half)
+                    cost += bent * (change / (2.0 * surface * pull)) ** 2 * time
                 expected[j, a, b - a + reach] = cost
 
 

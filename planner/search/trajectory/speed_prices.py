@@ -113,7 +113,6 @@ def _book(
     found: Any,
     size: int | np.int64,
     limits: Any,
-    objective: int,
     owners: Any,
     shares: Any,
     expected: Any,
@@ -124,8 +123,7 @@ def _book(
         if broken_in_block(found, k, limits) >= 0:
             expected[j, a, at] = np.inf
         else:
-            # Of profiles that take as long, the one that needs less energy.
-            expected[j, a, at] += (1e-6 if objective == 1 else 1.0) * (found[k] * shares[k])
+            expected[j, a, at] += found[k] * shares[k]
 
 
 @njit(cache=True, error_model="numpy")
@@ -161,7 +159,7 @@ def price_near(
     parameters, body, wheels, class_rows, limits, wind = arrays
     directions, lengths, curvatures, slopes, steep, ground = stretch.steps
     yaw, turns = stretch.yaw, stretch.turns
-    objective, most = stretch.objective, stretch.acceleration
+    most = stretch.acceleration
     columns, found, shares, owners = block
     row, unit = np.empty(class_rows.shape[1]), np.empty(2)
     count, reach = expected.shape[1], expected.shape[2] // 2
@@ -191,7 +189,7 @@ def price_near(
                 exact[j, a, at] = True
                 if size + 3 > BLOCK:
                     kernel(columns, size, parameters, body, wheels, found)
-                    _book(found, np.int64(size), limits, objective, owners, shares, expected)
+                    _book(found, np.int64(size), limits, owners, shares, expected)
                     size = 0
                 # Written out: a tuple of arrays on every call costs more than the call.
                 rows = _put_ramp(
@@ -209,13 +207,11 @@ def price_near(
                 expected[j, a, at] = np.inf
                 if rows:
                     expected[j, a, at] = 0.0
-                    if objective == 1:
-                        expected[j, a, at] = 2.0 * bend[0] / (level[a] + level[b])
                 for k in range(size, size + rows):
                     owners[k, 0], owners[k, 1], owners[k, 2] = j, a, at
                 size += rows
     kernel(columns, size, parameters, body, wheels, found)
-    _book(found, np.int64(size), limits, objective, owners, shares, expected)
+    _book(found, np.int64(size), limits, owners, shares, expected)
     for j in range(fresh.shape[0]):
         p, q = chosen[j], chosen[j + 1]
         if fresh[j] and expected[j, p, q - p + reach] == np.inf:

@@ -184,7 +184,6 @@ def speed_profile(
     track: Track,
     yaw: YawProfile,
     steps: Steps,
-    objective: int,
     beside: int,
     levels: int,
     fastest: Array,
@@ -197,7 +196,6 @@ def speed_profile(
     Args:
         conditions: model and conditions.
         track, yaw, steps: samples of the path, yaw there, and the steps between.
-        objective: 1 minimises time, anything else energy.
         beside: levels to either side of the best ones that the power model prices as well.
         levels: of speed at most.
         fastest, hardest: (steps,) m/s and (steps, 2) m/s², speeding up and slowing down, at most.
@@ -228,7 +226,6 @@ def speed_profile(
             turns[part],
             stops[first : last + 1],
             acceleration,
-            objective,
         )
         at_most = fastest[part], hardest[part]
         if number < len(known) and known[number].ends != (first, last, top):

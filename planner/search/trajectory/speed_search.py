@@ -1,6 +1,6 @@
 """The best speeds along a track within all limits, for one yaw profile after another.
 
-    search = SpeedSearch(field, conditions, track, steps, objective=0, beside=3, levels=44, ...)
+    search = SpeedSearch(field, conditions, track, steps, beside=3, levels=44, ...)
     motion = search.along(yaw)              # Motion, or Infeasible that says where
     finer = search.along(turned)            # quick where few steps changed
 
@@ -37,7 +37,6 @@ class SpeedSearch:
     Args:
         field, conditions: map, model and conditions.
         track, steps: samples of the path, and the steps between.
-        objective: 1 minimises time, anything else energy.
         beside, levels: of speed, priced beside the best ones, and in all at most.
         checked: whether limits are checked between samples too.
         check: called between profiles; may raise to stop.
@@ -50,14 +49,13 @@ class SpeedSearch:
         track: Track,
         steps: Steps,
         *,
-        objective: int,
         beside: int,
         levels: int,
         checked: bool,
         check: Callable[[], None] = lambda: None,
     ) -> None:
         self.field, self.conditions, self.track, self.steps = field, conditions, track, steps
-        self.objective, self.beside, self.levels = objective, beside, levels
+        self.beside, self.levels = beside, levels
         self.checked, self.check = checked, check
         self._kept: Kept | None = None
         self._broken_at = -1
@@ -108,7 +106,7 @@ class SpeedSearch:
         for _ in range(MOST_SPEED_PROFILES):
             self.check()
             speeds, self._broken_at = speed_profile(
-                *(self.conditions, self.track, yaw, self.steps, self.objective, self.beside),
+                *(self.conditions, self.track, yaw, self.steps, self.beside),
                 *(self.levels, self._fastest, self._hardest, self._known, changed),
             )
             if speeds is None:

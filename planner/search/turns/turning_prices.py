@@ -48,10 +48,15 @@ def _cost_of_a_stop(conditions: OperatingConditions, objective: int) -> float:
     ramp = np.repeat(cruise, 8, axis=0)
     ramp[:, INDEX["vx"]] *= (np.arange(8) + 0.5) / 8.0
     ramp[:, INDEX["ax"]] = a
-    up = float(conditions.model.watts(ramp).mean()) * v / a
+    up = float(_watts(conditions, ramp).mean()) * v / a
     ramp[:, INDEX["ax"]] = -a
-    down = float(conditions.model.watts(ramp).mean()) * v / a
-    return up + down - float(conditions.model.watts(cruise)[0]) * v / a
+    down = float(_watts(conditions, ramp).mean()) * v / a
+    return up + down - float(_watts(conditions, cruise)[0]) * v / a
+
+
+def _watts(conditions: OperatingConditions, rows: Array) -> Array:
+    """Power of rows (n,), by the kernel that motions need anyway."""
+    return conditions.model.power_and_limits(rows)[:, 0]
 
 
 def _turning_costs(conditions: OperatingConditions, objective: int, tightest: float) -> Array:

@@ -218,7 +218,7 @@ def drive_roughly(
     yaws: Sequence[Wanted],
 ) -> Driven:
     """The motion along a path, roughly, with what it takes."""
-    motion = move(field, conditions, legs, yaws, objective=0, care=ROUGHLY, checked=False)
+    motion = move(field, conditions, legs, yaws, care=ROUGHLY, checked=False)
     return with_energy(field, conditions, legs, motion)
 
 

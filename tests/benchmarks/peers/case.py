@@ -57,7 +57,7 @@ class Case:
         ended[0], ended[-1] = self.start, self.goal
         apart = np.hypot(*np.diff(ended, axis=0).T) > 1e-9
         kept = ended[np.concatenate([[True], apart])]
-        route = drive(self.field, self.situation.conditions, [kept], (None, None), objective=0)
+        route = drive(self.field, self.situation.conditions, [kept], (None, None))
         return route if isinstance(route, Route) else None
 
     def score(self, path: Array) -> float | None:

@@ -77,7 +77,7 @@ def test_a_straight_drive_dissipates_the_cost_and_its_ramps(run):
     yaw = math.atan2(b[1] - a[1], b[0] - a[0])
     cost = costs.between((*a, yaw), (*b, yaw))
     field = run.field("energy")
-    route = drive(field, run.conditions, [np.array([a, b])], (yaw, yaw), objective=0)
+    route = drive(field, run.conditions, [np.array([a, b])], (yaw, yaw))
     assert isinstance(route, Route)
     dissipated = route.energy_j - run.conditions.mass * STANDARD_GRAVITY * route.rise_m
     assert dissipated == pytest.approx(cost, rel=0.06)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from planner import plan_route
+from planner import energy_time_front, plan_route
 from planner.cancellation import CancellationToken
 from planner.progress import silent
 from planner.report import write_report
@@ -95,6 +95,24 @@ def test_the_fastest_route_over_lasting_slopes_spares_the_motors():
     torque = [use.share for use in fastest.limits if use.limit == "torque rms"]
     assert len(torque) == 1
     assert torque[0] <= 1.0
+
+
+@pytest.mark.parametrize("ends", [((3.0, 3.0), (20.0, 14.0)), ((20.0, 4.0), (4.0, 15.0))])
+def test_of_all_that_are_as_quick_the_fastest_route_takes_least_energy(ends):
+    """Over gentle waves full speed is possible with every yaw, and costs next to nothing."""
+    x, y = np.meshgrid(0.25 * np.arange(100), 0.25 * np.arange(80))
+    waves = 0.5 * np.sin(x / 4.0) * np.cos(y / 5.0)
+    asked = {
+        "terrain": Terrain.from_arrays(waves, cell=(0.25, 0.25), name="waves"),
+        **dict(zip(("start", "goal"), ends, strict=True)),
+    }
+    fastest = plan_route(**asked, objective="time").routes[0]
+    quickest = energy_time_front(**asked, points=2).points[0].route
+    assert fastest.duration_s <= (1.0 + 1e-4) * quickest.duration_s
+    assert fastest.energy_j <= (1.0 + 1e-3) * quickest.energy_j
+    compared = plan_route(**asked).baselines["fastest"]
+    assert compared.duration_s <= (1.0 + 1e-3) * fastest.duration_s
+    assert compared.extra_share <= 0.01
 
 
 def test_where_nothing_keeps_to_the_limits_there_is_no_route(monkeypatch):

@@ -140,7 +140,7 @@ def test_no_straight_path_dissipates_less_than_its_metres(relief):
     for _ in range(12):
         way = rng.uniform(3.0, 17.0, (2, 2))
         metres = polyline_cost(field, way, field.step)
-        route = drive(field, conditions, [way], (None, None), objective=0)
+        route = drive(field, conditions, [way], (None, None))
         if isinstance(route, Route) and np.isfinite(metres):
             dissipated = route.energy_j - conditions.mass * STANDARD_GRAVITY * route.rise_m
             assert metres < dissipated < 1.5 * metres + turning(conditions, 0).stop

@@ -28,7 +28,7 @@ def driven(request):
 
     def drive(path):
         yaws = [None, None]
-        found = move(field, conditions, [path], yaws, objective=0, care=ROUGHLY, checked=False)
+        found = move(field, conditions, [path], yaws, care=ROUGHLY, checked=False)
         assert isinstance(found, Motion)
         return found
 
@@ -45,7 +45,6 @@ def test_all_walls_in_the_way_are_found_at_once():
     found = move(
         situation.field("energy"),
         *(situation.conditions, [path], [None, None]),
-        objective=0,
         checked=False,
     )
     assert isinstance(found, Infeasible)
@@ -101,7 +100,7 @@ def test_a_via_place_is_passed_without_a_stop(degrees):
 
     def drive(legs):
         yaws = [None] * (len(legs) + 1)
-        found = move(field, conditions, legs, yaws, objective=0)
+        found = move(field, conditions, legs, yaws)
         assert isinstance(found, Motion)
         return found
 
@@ -131,7 +130,7 @@ def test_a_robot_does_not_stop_to_turn_at_bends_that_it_can_drive(coarse, care):
     x, y = np.linspace(400.0, 5000.0, 24), np.linspace(500.0, 4600.0, 24)
     y[1:-1] += 60.0 * (-1.0) ** np.arange(1, 23)
     path, yaws = np.column_stack([x, y]), [None, None]
-    motion = move(field, conditions, [path], yaws, objective=0, care=care, checked=False)
+    motion = move(field, conditions, [path], yaws, care=care, checked=False)
     assert isinstance(motion, Motion)
     assert motion.speed[1:-1].min() > 0.0
 

@@ -49,7 +49,7 @@ def test_a_close_look_where_a_limit_is_near_finds_all_that_one_everywhere_does(s
     situation = case_of("test", ASKED, relief).situation
     field, conditions = situation.field("energy"), situation.conditions
     path = np.array([[3.0, 4.0], [11.0 + seed, 12.0 - seed], [20.0, 19.0]])
-    motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+    motion = move(field, conditions, [path], [None, None], checked=False)
     assert isinstance(motion, Motion)
 
     def reached(pieces, *, on_arcs=False):
@@ -83,7 +83,7 @@ def straight(rise: float) -> tuple[CostField, OperatingConditions, Motion, Array
     x = 0.25 * np.tile(np.arange(60.0), (60, 1))
     situation = case_of("test", asked, terrain(rise * x)).situation
     field, conditions = situation.field("energy"), situation.conditions
-    motion = move(field, conditions, [path], [0.0, 0.0], objective=0, checked=False)
+    motion = move(field, conditions, [path], [0.0, 0.0], checked=False)
     assert isinstance(motion, Motion)
     pieces = coarse_pieces(field, motion)
     rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)

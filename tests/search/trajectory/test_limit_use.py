@@ -126,7 +126,7 @@ def test_shares_are_those_on_the_arcs_of_bends_at_least(seed):
     situation = case_of("test", ASKED, relief).situation
     field, conditions = situation.field("energy"), situation.conditions
     path = np.array([[3.0, 4.0], [10.0, 5.0], [11.0, 14.0], [18.0, 15.0]])
-    motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+    motion = move(field, conditions, [path], [None, None], checked=False)
     inputs = field, motion, conditions.class_rows, conditions.wind
     pieces = pieces_of(field, motion, 0.05)
     rows, _, owner = motion_rows(*inputs, pieces, on_arcs=True)

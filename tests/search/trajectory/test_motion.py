@@ -23,7 +23,7 @@ def driven():
     case = case_of("test", asked, terrain(hills(64, rms_degrees=4.0)))
     conditions = case.situation.conditions
     path = np.array([[3.0, 4.0], [9.0, 5.0], [14.0, 12.0]])
-    motion = move(case.field, conditions, [path], [None, None], objective=0)
+    motion = move(case.field, conditions, [path], [None, None])
     assert isinstance(motion, Motion)
     return case.field, conditions, motion
 
@@ -58,7 +58,7 @@ def test_rows_move_as_the_poses_on_the_arcs_of_bends(corner) -> None:
     case = case_of("test", asked, terrain(np.zeros((64, 64))))
     conditions = case.situation.conditions
     path = np.array([[3.0, 4.0], corner, [9.5, 12.0]])
-    motion = move(case.field, conditions, [path], [None, None], objective=0)
+    motion = move(case.field, conditions, [path], [None, None])
     inputs = case.field, motion, conditions.class_rows, conditions.wind
     rows, _, _ = motion_rows(*inputs, on_arcs=True)
     poses = poses_every(motion, 1e-3)

@@ -42,7 +42,7 @@ def circumstances():
 
 
 def _search(circumstances) -> SpeedSearch:
-    return SpeedSearch(*circumstances, objective=0, beside=3, levels=MORE_LEVELS, checked=True)
+    return SpeedSearch(*circumstances, beside=3, levels=MORE_LEVELS, checked=True)
 
 
 def _ahead(track, turned: float = 0.0, where: slice = slice(0, 0)) -> YawProfile:

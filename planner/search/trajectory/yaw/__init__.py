@@ -1,6 +1,6 @@
 """The best yaw along a track: where it is decided, which angles are free, what moves cost.
 
-search = YawSearch(conditions, field, track, steps, objective=0, ...)
+search = YawSearch(conditions, field, track, steps, ...)
 search.best()                              # YawProfile, or the place that it does not pass
 """
 

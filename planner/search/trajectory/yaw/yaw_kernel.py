@@ -175,7 +175,7 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
 
 @njit(
     types.float64(
-        *(BLOCK_KERNEL, MODEL_ARRAYS, types.int64, SURROUNDINGS, STEPS, WAYPOINTS, PIECES, TURNING),
+        *(BLOCK_KERNEL, MODEL_ARRAYS, SURROUNDINGS, STEPS, WAYPOINTS, PIECES, TURNING),
         *(types.int64, types.int64, types.int64, I1),
     ),
     **EAGER,
@@ -183,7 +183,6 @@ def _trace_back(reached: Any, goal_state: int, states: Any) -> float:
 def best_states(
     kernel: Any,
     arrays: Any,
-    objective: int,
     conditions: Any,
     steps: Any,
     waypoints: Any,
@@ -199,7 +198,7 @@ def best_states(
     Infinite where no yaw leads through: states[0] is then the last waypoint that can be reached.
 
     Args:
-        kernel, arrays, objective: as for ``step_costs``.
+        kernel, arrays: as for ``step_costs``.
         conditions, steps, waypoints: Surroundings, Steps and Waypoints of the track.
         pieces: Pieces between the waypoints; prices that are found are written.
         turning: Turning.
@@ -259,7 +258,7 @@ def best_states(
             conditions, steps.lengths, waypoints, pieces, states, far, np.int64(most)
         )
         costs = np.empty(asked.shape[0])
-        step_costs(kernel, arrays, objective, steps, asked, moves, much, costs)
+        step_costs(kernel, arrays, 0, steps, asked, moves, much, costs)
         # Prices have single precision: sums are rounded once.
         n = 0
         while n < costs.shape[0]:

@@ -7,7 +7,7 @@ turns evenly while driving. At a waypoint it may stop and turn on the spot, whic
 well. The power model prices every piece. Yaw angles at which the body would touch something, or
 would lose its grip on the slope, are left out.
 
-    search = YawSearch(conditions, field, track, steps, objective=0, ...)
+    search = YawSearch(conditions, field, track, steps, ...)
     search.best()                              # YawProfile, or the place that it does not pass
     search.best(shut=[(x, y, yaw)])            # without an angle that breaks a limit there
 """
@@ -25,7 +25,7 @@ from planner.arrays import Array
 from planner.search.conditions import OperatingConditions
 from planner.search.field import CostField, sample_surface
 from planner.search.kernel_arguments import Steps
-from planner.search.resolution import STATES, WIDTH
+from planner.search.resolution import OBJECTIVES, STATES, WIDTH
 from planner.search.trajectory.track import Track, gentle_slope
 from planner.search.trajectory.yaw.free_yaws import (
     add_crab_angles,
@@ -98,7 +98,6 @@ class YawSearch:
         track: Track,
         steps: Steps,
         *,
-        objective: int,
         start_yaw: float | None,
         goal_yaw: float | None,
         beside: int,
@@ -111,13 +110,12 @@ class YawSearch:
             field: map and costs, for the free yaw angles.
             track: samples of the path.
             steps: between them.
-            objective: 1 minimises time, anything else energy.
             start_yaw, goal_yaw: rad; None leaves them free.
             beside: angles to either side of the best ones that the power model prices as well.
             most_waypoints: places at most at which yaw is decided, where there is room.
         """
         self._conditions, self._field, self._track, self._steps = conditions, field, track, steps
-        self._objective, self._beside = objective, beside
+        self._beside = beside
         self._start_yaw, self._goal_yaw = start_yaw, goal_yaw
         self._crowded = crowded_at(field, track.points)
         steepness = np.hypot(*steps.slopes[:, 2:4].T)
@@ -136,7 +134,16 @@ class YawSearch:
         kernel, arrays = conditions.model.limits_kernel, conditions.arrays
         (_, slopes), ground = sample_surface(field, places), steps.ground[after]
         spin_costs(
-            *(kernel, arrays, self._directions, slopes, ground, objective, self._gentle, spin)
+            *(
+                kernel,
+                arrays,
+                self._directions,
+                slopes,
+                ground,
+                OBJECTIVES["energy"],
+                self._gentle,
+                spin,
+            )
         )
         self._waypoints = Waypoints(
             at, self._directions, stride, steady, self._free, self._shift, spin
@@ -230,12 +237,11 @@ class YawSearch:
         cost = best_states(
             conditions.model.limits_kernel,
             conditions.arrays,
-            self._objective,
             Surroundings(field.blocked, field.body_frame(), track.points, self._crowded),
             self._steps,
             rest,
             Pieces._make(one[begin:] for one in self.pieces),
-            turning(conditions, self._objective),
+            turning(conditions, OBJECTIVES["energy"]),
             wanted.get(0, -1) if begin == 0 else -1,
             wanted.get(-1, -1),
             self._beside,

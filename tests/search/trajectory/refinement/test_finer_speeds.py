@@ -34,11 +34,11 @@ def circumstances(relief, model=ROBOT, **asked):
     return situation.field("energy"), situation.conditions
 
 
-def on_levels(monkeypatch, field, conditions, legs, yaws, objective=0) -> Motion:
+def on_levels(monkeypatch, field, conditions, legs, yaws) -> Motion:
     """The motion whose speeds are levels of the profile."""
     with monkeypatch.context() as patch:
         patch.setattr(rounds, "finer_speeds", lambda field, conditions, motion: motion)
-        motion = drive.move(field, conditions, legs, yaws, objective=objective)
+        motion = drive.move(field, conditions, legs, yaws)
     assert isinstance(motion, Motion)
     return motion
 
@@ -62,7 +62,7 @@ def driven(request):
     field, conditions = circumstances(relief, payload={"mass": mass, "x": 0.0, "y": 0.0})
     with pytest.MonkeyPatch.context() as patch:
         before = on_levels(patch, field, conditions, [path], (None, None))
-    after = drive.move(field, conditions, [path], (None, None), objective=0)
+    after = drive.move(field, conditions, [path], (None, None))
     return field, conditions, before, after
 
 
@@ -127,7 +127,7 @@ def test_the_cruising_speed_is_that_of_least_power_over_speed(monkeypatch) -> No
     assert best < 0.9 * speeds[-1]
     legs = [np.array([[2.0, 4.0], [21.0, 4.0]])]
     plain = on_levels(monkeypatch, field, conditions, legs, (None, None))
-    motion = drive.move(field, conditions, legs, (None, None), objective=0)
+    motion = drive.move(field, conditions, legs, (None, None))
     cruising = (motion.x > 6.0) & (motion.x < 17.0)
     assert np.abs(plain.speed[cruising] / best - 1.0).min() > 0.01, "a level is as good"
     np.testing.assert_allclose(motion.speed[cruising], best, rtol=0.01)
@@ -137,7 +137,7 @@ def test_the_robot_stops_where_it_did_and_turns_as_long(monkeypatch) -> None:
     field, conditions = circumstances(terrain(hills(96, rms_degrees=5.0)))
     legs, yaws = [PATH[:3], PATH[2:]], (0.3, (0.5, 2.5), -1.0)
     before = on_levels(monkeypatch, field, conditions, legs, yaws)
-    after = drive.move(field, conditions, legs, yaws, objective=0)
+    after = drive.move(field, conditions, legs, yaws)
     assert not np.array_equal(after.speed, before.speed)
     np.testing.assert_array_equal(after.speed == 0.0, before.speed == 0.0)
     turning = (before.speed[1:] == 0.0) & (before.speed[:-1] == 0.0)
@@ -174,10 +174,3 @@ def test_a_motion_stays_where_no_other_speeds_keep_all_limits(driven, monkeypatc
     always = Broken(at, at, 0.0 * at, 0.0 * at, at < 0, 0.0 * at, 0.0 * at)
     monkeypatch.setattr(finer_speeds, "broken_limits", lambda *given, **how: always)
     assert finer_speeds.finer_speeds(field, conditions, before) is before
-
-
-def test_the_fastest_motion_keeps_the_speeds_of_its_profile(monkeypatch) -> None:
-    field, conditions = circumstances(LEVEL)
-    before = on_levels(monkeypatch, field, conditions, [PATH], (None, None), objective=1)
-    after = drive.move(field, conditions, [PATH], (None, None), objective=1)
-    np.testing.assert_array_equal(after.speed, before.speed)

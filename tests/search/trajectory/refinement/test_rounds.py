@@ -42,7 +42,7 @@ def _circumstances(relief, path):
 
 
 def _moved(field: CostField, conditions, path, care=CLOSELY) -> Motion:
-    motion = move(field, conditions, [path], (None, None), objective=0, care=care)
+    motion = move(field, conditions, [path], (None, None), care=care)
     assert isinstance(motion, Motion)
     return motion
 

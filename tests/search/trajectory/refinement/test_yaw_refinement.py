@@ -40,7 +40,7 @@ def _circumstances(relief, effects=()):
 
 
 def _moved(field, conditions, path=PATH, yaws=(None, None), **how) -> Motion:
-    motion = move(field, conditions, [path], yaws, objective=0, **how)
+    motion = move(field, conditions, [path], yaws, **how)
     assert isinstance(motion, Motion)
     return motion
 

@@ -28,7 +28,7 @@ def test_no_speed_is_needed_that_the_yaw_does_not_allow(seed: int, scale: float)
     situation = case_of("test", {"start": start, "goal": goal}, relief).situation
     field, conditions = situation.field("energy"), situation.conditions
     path = situation.path("energy", field, *map(tuple, places))
-    motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+    motion = move(field, conditions, [path], [None, None], checked=False)
     assert isinstance(motion, Motion)
     pieces = coarse_pieces(field, motion)
     rows, _, _ = motion_rows(field, motion, conditions.class_rows, conditions.wind, pieces)
@@ -56,7 +56,7 @@ def test_the_few_angles_that_hold_on_steep_ground_are_found() -> None:
         field, conditions = situation.field("energy"), situation.conditions
         path = situation.path("energy", field, start, goal)
         if path is not None:
-            motion = move(field, conditions, [path], [None, None], objective=0, checked=False)
+            motion = move(field, conditions, [path], [None, None], checked=False)
             moving.append(isinstance(motion, Motion))
     assert len(moving) > 8
     assert all(moving)
