@@ -1,7 +1,7 @@
 """The energy from each of many places to each of many others.
 
     matrix = energy_matrix(map="warehouse", starts=[{"x": 2, "y": 2}, {"x": 27, "y": 17}])
-    matrix.energy_j                    # (starts, goals), infinite where there is no path
+    matrix.energy_j                    # (starts, goals), infinite where there is no route
 
 One least-cost field answers for all starts of a goal. Its costs know nothing of speeding up, of
 bends and of turning, so some pairs are driven in full and the others are corrected by what these
@@ -47,8 +47,8 @@ class Matrix(Shown):
 
     Attributes:
         starts, goals: the places.
-        energy_j: (starts, goals) J; infinite where there is no path.
-        driven: (starts, goals) True where a motion was worked out in full.
+        energy_j: (starts, goals) J; infinite where there is no path, or none that can be driven.
+        driven: (starts, goals) True where a motion was looked for in full.
         error_share: relative error of the corrected energies that nine of ten driven pairs keep
             to, each predicted by the others; 0 where all were driven, NaN where too few were.
         notes: what was assumed, in sentences.
@@ -62,7 +62,7 @@ class Matrix(Shown):
     notes: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """The matrix ready for JSON; None where there is no path."""
+        """The matrix ready for JSON; None where there is no route."""
         return {
             "starts": [place.model_dump(exclude_none=True) for place in self.starts],
             "goals": [place.model_dump(exclude_none=True) for place in self.goals],
@@ -78,7 +78,7 @@ class Matrix(Shown):
     def to_frame(self) -> pandas.DataFrame:
         """The energies as a DataFrame, J; a row for each start, a column for each goal.
 
-        Both are labelled by number; infinite where there is no path.
+        Both are labelled by number; infinite where there is no route.
         """
         table = frame({k: self.energy_j[:, k].copy() for k in range(len(self.goals))})
         return table.rename_axis(index="start", columns="goal")
@@ -122,7 +122,7 @@ def energy_matrix(
     with CancellationToken(cancelled) as token:
         found = _filled(situation, field, starts, goals, progress or silent, token)
     notes = assumptions(request, situation.conditions, situation.ground.terrain)
-    return replace(found, notes=notes)
+    return replace(found, notes=(*notes, *found.notes))
 
 
 def _filled(
@@ -172,8 +172,9 @@ def _filled(
             zip(pairs, pool.map(drive, pairs), strict=True), start=1
         ):
             progress(0.7 + 0.3 * number / len(pairs), f"{number} of {len(pairs)} motions")
+            driven[pair] = True
+            exact[pair] = math.inf
             if energy is not None:
-                driven[pair] = True
                 exact[pair] = energy - climbed[pair]
                 seen.append((float(dissipated[pair]), float(exact[pair])))
     corrected, error = _corrected(dissipated, np.array(seen).reshape(-1, 2))
@@ -181,7 +182,17 @@ def _filled(
     same = np.array([[(a.x, a.y) == (b.x, b.y) for b in goals] for a in starts])
     result[same & ~driven] = 0.0
     estimated = np.isfinite(result) & ~driven & ~same
-    return Matrix(starts, goals, result, driven, error if estimated.any() else 0.0)
+    refused = len(pairs) - len(seen)
+    notes = () if not refused or not estimated.any() else (_may_have_none(refused, len(pairs)),)
+    return Matrix(starts, goals, result, driven, error if estimated.any() else 0.0, notes)
+
+
+def _may_have_none(refused: int, driven: int) -> str:
+    """What a user ought to know of pairs that were not driven, where some have no route."""
+    return (
+        f"{refused} of {driven} pairs that were driven have a path but no route within all limits; "
+        "of the other pairs, whose energies are estimates, some may have none either"
+    )
 
 
 def _spread_pairs(dissipated: Array) -> list[tuple[int, int]]:

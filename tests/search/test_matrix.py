@@ -9,6 +9,7 @@ import pytest
 
 from planner import energy_matrix, plan_route
 from planner.errors import Cancelled, RequestError
+from planner.search.legs import LegPlanner
 from planner.search.requests import MatrixRequest
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
@@ -63,6 +64,25 @@ def test_a_matrix_reports_a_missing_path():
     matrix = energy_matrix(terrain=terrain, starts=ends)
     assert math.isinf(matrix.energy_j[0, 1])
     assert matrix.to_json()["energy_j"][0] == [0.0, None]
+
+
+def test_a_pair_with_a_path_but_no_route_has_no_energy(relief, monkeypatch):
+    """Where even the whole search finds no motion, an energy by the path's metres would mislead."""
+    drive = LegPlanner.near
+
+    def refused(self, path, yaws=(None, None)):
+        return None if path[-1][0] == PLACES[1]["x"] else drive(self, path, yaws)
+
+    monkeypatch.setattr(LegPlanner, "near", refused)
+    matrix = energy_matrix(terrain=relief, starts=PLACES)
+    assert np.isinf(matrix.energy_j[[0, 2], 1]).all()
+    assert np.isfinite(matrix.energy_j[:, [0, 2]]).all()
+    assert not any("no route within all limits" in note for note in matrix.notes)
+    rng = np.random.default_rng(3)
+    places = [*PLACES, *({"x": x, "y": y} for x, y in rng.uniform(2.0, 18.0, (5, 2)).tolist())]
+    matrix = energy_matrix(terrain=relief, starts=places)
+    assert np.isinf(matrix.energy_j[:, 1]).any()
+    assert any("no route within all limits" in note for note in matrix.notes)
 
 
 def test_what_cannot_be_answered_is_refused(relief):
