@@ -40,7 +40,7 @@ from planner.search.resolution import MARGIN
 from planner.search.results import Answer, Baseline, Route
 from planner.search.run import Run
 from planner.search.situation import Situation
-from planner.search.solve import find_alternatives, on_grid, summary_of, with_bounds
+from planner.search.solve import Found, find_alternatives, on_grid, summary_of, with_bounds
 from planner.search.tradeoff import in_time
 from planner.terrain.heightmap import Terrain
 
@@ -102,8 +102,7 @@ def _plan(run: Run) -> Answer:
     if refused is not None:
         return replace(blank, reason=refused.what, cause=refused.to_json())
     open_ended = run
-    run = settled(run, objective)
-    found = answer(run)
+    run, found = _arriving(run, objective)
     latest = request.max_duration_s or math.inf
     if found.route is not None and request.max_duration_s is not None:
         found = found.on_time(latest, lambda: in_time(open_ended, latest))
@@ -146,6 +145,18 @@ def _plan(run: Run) -> Answer:
         notes=tuple(notes),
         goal=_arrived(request.goal, best),
     )
+
+
+def _arriving(run: Run, objective: str) -> tuple[Run, Found]:
+    """The run with one place for a goal, and what its search comes to; if possible with a route."""
+    first: tuple[Run, Found] | None = None
+    for one in settled(run, objective):
+        found = answer(one)
+        if found.route is not None:
+            return one, found
+        first = first or (one, found)
+    assert first is not None  # a goal has a place
+    return first
 
 
 def _beyond(energy: float, least: float) -> float:

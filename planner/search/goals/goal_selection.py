@@ -1,17 +1,18 @@
 """The cheapest place to arrive at, where the goal is a region or one of several places.
 
-    run = settled(run, "energy")           # its goal is now one place
+    for run in settled(run, "energy"):     # its goal is now one place
 
 Situation.least_cost_from gives the least cost from the last fixed place to everywhere. For energy
 the climb is added: E = D + M·g·z. Candidates are the cheapest places that lie apart. The path to
 each is smoothed, and its end slides to where it costs least. The place whose motion costs least
-becomes the goal, and the search goes there as to any other place.
+becomes the goal, and the search goes there as to any other place. Where it finds no route, others
+follow to which a motion is known.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -31,8 +32,9 @@ from planner.search.run import Run
 from planner.search.situation import check_hold, check_place
 from planner.search.waypoints import refine
 
-CANDIDATES = 6
-"""Places whose motion is worked out; each costs a few tens of milliseconds."""
+CANDIDATES, MOST_CANDIDATES = 6, 12
+"""Places whose motion is worked out; each costs a few tens of milliseconds. The second where the
+cheapest ones cannot be driven to."""
 CANDIDATE_EXCESS = 0.05
 """Share of the least grid cost by which a candidate may cost more.
 
@@ -50,8 +52,8 @@ REFINE_ROUNDS = 3
 _COMPASS = np.array([[math.cos(a), math.sin(a)] for a in 2.0 * math.pi * np.arange(8) / 8])
 
 
-def settled(run: Run, objective: str) -> Run:
-    """The same run with one place for a goal.
+def settled(run: Run, objective: str) -> Iterator[Run]:
+    """The same run with one place for a goal; the best one first, others for want of a route.
 
     Args:
         run: whose goal may be a region.
@@ -62,10 +64,12 @@ def settled(run: Run, objective: str) -> Run:
     """
     goal = run.request.goal
     if isinstance(goal, PoseRequest):
-        return run
+        yield run
+        return
     arrival = _Arrival(run, objective)
-    place = arrival.among(goal.any) if goal.any is not None else arrival.anywhere(goal)
-    return replace(run, request=run.request.model_copy(update={"goal": place}))
+    places = arrival.among(goal.any) if goal.any is not None else arrival.anywhere(goal)
+    for place in places:
+        yield replace(run, request=run.request.model_copy(update={"goal": place}))
 
 
 def check_places(run: Run, field: CostField) -> Infeasible | None:
@@ -114,29 +118,27 @@ class _Arrival:
         # J for each metre of height; neither time nor length know it.
         self.weight = run.conditions.mass * STANDARD_GRAVITY if objective == "energy" else 0.0
 
-    def among(self, places: tuple[PoseRequest, ...]) -> PoseRequest:
-        """The cheapest of several places."""
+    def among(self, places: tuple[PoseRequest, ...]) -> Iterator[PoseRequest]:
+        """The cheapest of several places, and others."""
         good = self._possible(
             list(places), lambda k: f"goal.any[{k}]", "none of these places has room for the robot"
         )
         values = [self._at((place.x, place.y)) for place in good]
         order = [int(k) for k in np.argsort(values, kind="stable")]
-        most = self._most(values[order[0]])
-        chosen = [good[k] for k in order if values[k] <= most][:CANDIDATES]
+        chosen = [good[k] for k in order[:MOST_CANDIDATES]]
         return self._cheapest(chosen, lambda leg: leg, good[order[0]])
 
-    def anywhere(self, goal: RegionRequest) -> PoseRequest:
-        """The cheapest place inside a circle or a polygon."""
+    def anywhere(self, goal: RegionRequest) -> Iterator[PoseRequest]:
+        """The cheapest place inside a circle or a polygon, and others."""
         region = Region.of(goal)
         places, values = self._inside(region)
         order = np.argsort(values, kind="stable")
-        most = self._most(float(values[order[0]]))
         apart = CANDIDATE_SPACING * max(self.field.dx, self.field.dy)
         picked: list[Array] = []
-        for k in order[values[order] <= most]:
+        for k in order[np.isfinite(values[order])]:
             if all(math.hypot(*(places[k] - other)) >= apart for other in picked):
                 picked.append(places[k])
-            if len(picked) == CANDIDATES:
+            if len(picked) == MOST_CANDIDATES:
                 break
         # Without a path to any of them, the search for the nearest one says what blocks.
         nearest = np.argmin(np.hypot(*(places - np.array(self.begin)).T))
@@ -193,11 +195,26 @@ class _Arrival:
 
     def _cheapest(
         self, places: list[PoseRequest], slide: Callable[[Array], Array], otherwise: PoseRequest
-    ) -> PoseRequest:
-        """The end of the path whose motion costs least; ``otherwise`` where there is no path."""
-        paths = [self._driven(place, slide) for place in places]
-        value, place = min(paths, key=lambda path: path[0])
-        return place if math.isfinite(value) else otherwise
+    ) -> Iterator[PoseRequest]:
+        """Ends of paths; ``otherwise`` where there is none.
+
+        The path that costs least comes first, then those along which a motion is known. Places
+        beyond the cheapest ones are looked at for want of such a motion, or of a route.
+        """
+        most = self._most(self._at((places[0].x, places[0].y)))
+        paths: list[tuple[float, PoseRequest, bool]] = []
+        for place in places:
+            enough = len(paths) >= CANDIDATES or self._at((place.x, place.y)) > most
+            if enough and any(moves for *_, moves in paths):
+                break
+            paths.append(self._driven(place, slide))
+        order = sorted((path for path in paths if math.isfinite(path[0])), key=lambda path: path[0])
+        yield order[0][1] if order else otherwise
+        yield from (place for _, place, moves in order[1:] if moves)
+        for place in places[len(paths) :]:
+            _, end, moves = self._driven(place, slide)
+            if moves:
+                yield end
 
     def _possible(
         self, places: list[PoseRequest], name: Callable[[int], str], problem: str
@@ -229,12 +246,12 @@ class _Arrival:
 
     def _driven(
         self, place: PoseRequest, slide: Callable[[Array], Array]
-    ) -> tuple[float, PoseRequest]:
-        """What the motion to a place costs, and its end after ``slide`` has moved it."""
+    ) -> tuple[float, PoseRequest, bool]:
+        """What the motion to a place costs, its end after ``slide``, and whether it is known."""
         self.run.check()
         leg = grid_path(self.field, self.lattice, self.cost_to_come, (place.x, place.y))
         if leg is None:
-            return math.inf, place
+            return math.inf, place, False
         corner_penalty = self.run.situation.corner_penalty(self.objective)
         cost = 0.0
         for _ in range(REFINE_ROUNDS):
@@ -253,10 +270,10 @@ class _Arrival:
         route = drive(field, conditions, [leg], yaws)
         if isinstance(route, Route):
             values = (route.energy_j, route.duration_s, route.length_m)
-            return values[aim], end
+            return values[aim], end, True
         # Not by this path: the grid's cost stands in, above that of any path that can be driven.
         rise = self._height(leg[-1]) - self._height(self.begin)
-        return cost * (1.0 + CANDIDATE_EXCESS) + self.weight * rise, end
+        return cost * (1.0 + CANDIDATE_EXCESS) + self.weight * rise, end, False
 
     def _slid(self, leg: Array, region: Region) -> Array:
         """The leg with its end where its last piece costs least; the same one if it is there."""

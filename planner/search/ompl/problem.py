@@ -146,7 +146,7 @@ class EnergyProblem(Frame):
 
     def _pose(self, run: Run) -> None:
         asked = run.request
-        self.run = settled(run, asked.objective)
+        self.run = next(settled(run, asked.objective))
         super().__init__(costs_of(run, asked.objective, asked.space == "poses"), self.run)
 
     def setup(self) -> Any:

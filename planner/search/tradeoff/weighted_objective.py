@@ -118,14 +118,17 @@ class PricedSearch:
 
         A goal that is a region is settled for that price.
         """
-        run = settled(replace(self.run, situation=self._priced(watts)), "energy")
-        return self._found(run, "energy")
+        return self._found(replace(self.run, situation=self._priced(watts)), "energy")
 
     def by(self, objective: str) -> DrivenRoute | None:
         """The best route of the grid for an objective alone, "time" or "length"."""
-        return self._found(settled(self.run, objective), objective)
+        return self._found(self.run, objective)
 
     def _found(self, run: Run, objective: str) -> DrivenRoute | None:
+        found = (self._at_place(one, objective) for one in settled(run, objective))
+        return next((one for one in found if one is not None), None)
+
+    def _at_place(self, run: Run, objective: str) -> DrivenRoute | None:
         # OMPL's objective is the one that is searched for.
         request = run.request.model_copy(update={"objective": objective})
         attempt, _ = solved(

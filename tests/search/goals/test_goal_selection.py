@@ -9,8 +9,12 @@ import pytest
 
 from planner import energy_time_front, plan_route
 from planner.errors import RequestError
+from planner.search import plan
+from planner.search.goals import goal_selection
 from planner.search.goals.goal_region import Region
+from planner.search.limit_places import Infeasible
 from planner.search.requests import RegionRequest
+from planner.search.solve import Found, summary_of
 from planner.terrain.heightmap import Terrain
 from tests.search.grid.test_least_cost import hills
 
@@ -169,3 +173,29 @@ def test_what_is_no_goal_is_refused(level, goal, words):
     closed = [{"x": 15.0, "y": 5.0, "radius": 2.5}]
     with pytest.raises(RequestError, match=words):
         plan_route(terrain=level, start=START, goal=goal, avoid=closed)
+
+
+@pytest.mark.parametrize("seen", [True, False])
+def test_a_place_that_cannot_be_driven_to_hides_no_other(relief, monkeypatch, seen):
+    """Neither if the motion along its path is refused already, nor if only the whole search is."""
+    near, far = {"x": 8.0, "y": 8.0}, {"x": 16.0, "y": 15.0}
+    single = plan_route(terrain=relief, start=START, goal=far)
+    whole, along = plan.answer, goal_selection.drive
+    stuck = Infeasible(8.0, 8.0, "wheels slide")
+
+    def refused(run):
+        goal = run.request.goal
+        blank = Found(summary_of(run), reason=stuck.what, cause=stuck)
+        return blank if (goal.x, goal.y) == (8.0, 8.0) else whole(run)
+
+    def not_driven(field, conditions, legs, yaws, **named):
+        there = tuple(legs[-1][-1]) == (8.0, 8.0)
+        return stuck if there and not seen else along(field, conditions, legs, yaws, **named)
+
+    monkeypatch.setattr(plan, "answer", refused)
+    monkeypatch.setattr(goal_selection, "drive", not_driven)
+    answer = plan_route(terrain=relief, start=START, goal={"any": [near, far]})
+    assert answer.status == "ok"
+    assert answer.goal["number"] == 1
+    assert answer.routes[0].energy_j == single.routes[0].energy_j
+    assert plan_route(terrain=relief, start=START, goal={"any": [near]}).cause == stuck.to_json()
