@@ -32,7 +32,7 @@ from planner.search.run import Run
 from planner.search.situation import check_hold, check_place
 from planner.search.waypoints import refine
 
-CANDIDATES, MOST_CANDIDATES = 6, 12
+CANDIDATES, CANDIDATES_LOOKED_AT = 6, 12
 """Places whose motion is worked out; each costs a few tens of milliseconds. The second where the
 cheapest ones cannot be driven to."""
 CANDIDATE_EXCESS = 0.05
@@ -125,7 +125,7 @@ class _Arrival:
         )
         values = [self._at((place.x, place.y)) for place in good]
         order = [int(k) for k in np.argsort(values, kind="stable")]
-        chosen = [good[k] for k in order[:MOST_CANDIDATES]]
+        chosen = [good[k] for k in order[:CANDIDATES_LOOKED_AT]]
         return self._cheapest(chosen, lambda leg: leg, good[order[0]])
 
     def anywhere(self, goal: RegionRequest) -> Iterator[PoseRequest]:
@@ -138,7 +138,7 @@ class _Arrival:
         for k in order[np.isfinite(values[order])]:
             if all(math.hypot(*(places[k] - other)) >= apart for other in picked):
                 picked.append(places[k])
-            if len(picked) == MOST_CANDIDATES:
+            if len(picked) == CANDIDATES_LOOKED_AT:
                 break
         # Without a path to any of them, the search for the nearest one says what blocks.
         nearest = np.argmin(np.hypot(*(places - np.array(self.begin)).T))

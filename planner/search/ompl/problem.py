@@ -26,10 +26,11 @@ from planner.search.limit_places import Infeasible
 from planner.search.ompl.costs import MotionCosts, State, costs_of
 from planner.search.ompl.parts import DissipatedEnergy, Driveable, Reader, written
 from planner.search.requests import PlanRequest, PoseRequest
-from planner.search.resolution import OBJECTIVES, YAW_BINS
-from planner.search.results import Route, drive
+from planner.search.resolution import YAW_BINS
+from planner.search.results import Route, price
 from planner.search.run import Run
 from planner.search.situation import Situation
+from planner.search.trajectory import move
 from planner.terrain.heightmap import Terrain
 
 AT_GOAL = 1e-6
@@ -167,21 +168,10 @@ class EnergyProblem(Frame):
         """
         asked = self.run.request
         yaws = (asked.start.yaw, self.run.poses[-1].yaw)
-        field = self.reader.costs.field
-        if asked.objective == "length":
-            costs = self.run.situation.costs("energy")
-            field = field._replace(
-                by_yaw=costs.by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
-            )
-        route = drive(
-            field,
-            self.run.conditions,
-            [self.points(path)],
-            yaws,
-            objective=OBJECTIVES[asked.objective],
-            charge=asked.conditions.battery_charge,
-        )
-        if isinstance(route, Infeasible):
-            problem = f"cannot be driven: at x {route.x:.2f}, y {route.y:.2f} {route.what}"
+        situation = self.run.situation
+        field, conditions = situation.to_drive(self.reader.costs.field, asked.objective)
+        motion = move(field, conditions, [self.points(path)], yaws)
+        if isinstance(motion, Infeasible):
+            problem = f"cannot be driven: at x {motion.x:.2f}, y {motion.y:.2f} {motion.what}"
             raise RequestError("path", problem, accepted="a path that keeps to the limits")
-        return route
+        return price(field, self.run.conditions, motion, charge=asked.conditions.battery_charge)

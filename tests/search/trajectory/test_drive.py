@@ -155,7 +155,7 @@ def test_a_turn_on_the_spot_takes_no_longer_on_coarse_cells(coarse):
         fastest = np.full(len(roomy.lengths), limits.speed)
         hardest = np.full((len(roomy.lengths), 2), limits.acceleration)
         speeds, _ = speed_profile(
-            *(conditions, roomy, yaw, steps_of(field, roomy), 1),
+            *(conditions.hurried, roomy, yaw, steps_of(field, roomy)),
             *(CLOSELY.speeds, CLOSELY.levels, fastest, hardest),
         )
         motion = assemble(field, roomy, yaw, speeds, yaw_rate=limits.yaw_rate, spacing=6.0)

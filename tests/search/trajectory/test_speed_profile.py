@@ -68,7 +68,7 @@ def test_lower_limits_lead_to_the_same_speeds_from_known_costs_as_from_none() ->
     count = len(track.lengths)
     fastest, hardest = np.full(count, limits.speed), np.full((count, 2), limits.acceleration)
     known: list[KnownStretch] = []
-    rest = conditions, track, profile, steps, 0, 3, MORE_LEVELS
+    rest = conditions, track, profile, steps, 3, MORE_LEVELS
 
     def joules(speeds) -> float:
         motion = assemble(field, track, profile, speeds, yaw_rate=limits.yaw_rate, spacing=0.25)
@@ -106,7 +106,7 @@ def test_a_robot_at_rest_begins_to_turn_as_slowly_as_it_begins_to_drive() -> Non
     yaw = 0.5 + tight * step * np.arange(3.0)
     profile, steps = YawProfile(yaw, yaw, 0.0), steps_of(field, track)
     fastest, hardest = np.full(2, limits.speed), np.full((2, 2), limits.acceleration)
-    rest = conditions, track, profile, steps, 0, 3, MORE_LEVELS, fastest, hardest
+    rest = conditions, track, profile, steps, 3, MORE_LEVELS, fastest, hardest
     speeds, _ = speed_profile(*rest)
     assert speeds is not None
     motion = assemble(field, track, profile, speeds, yaw_rate=limits.yaw_rate, spacing=0.25)

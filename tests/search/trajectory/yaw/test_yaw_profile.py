@@ -74,7 +74,7 @@ def test_an_angle_that_broke_a_limit_is_left_with_its_opposite(alike: bool) -> N
         field = field._replace(yaw_limit=yaw_limit)
     legs = [np.array([[3.0, 4.0], [9.0, 4.0]])]
     track = lay_track(field, legs, spacing=0.1, speed=0.7, acceleration=0.5)
-    settings = {"objective": 0, "start_yaw": None, "goal_yaw": None, "beside": 1}
+    settings = {"start_yaw": None, "goal_yaw": None, "beside": 1}
     settings["most_waypoints"] = 240
     steps = steps_of(field, track)
     search = YawSearch(conditions, field, track, steps, **settings)
