@@ -34,7 +34,13 @@ from planner.search.resolution import WIDTH
 from planner.search.trajectory.motion import Motion
 from planner.search.trajectory.refinement.driven_samples import driven_samples
 from planner.search.trajectory.track import Track
-from planner.search.trajectory.yaw import SURROUNDINGS, Surroundings, YawProfile, crowded_at
+from planner.search.trajectory.yaw import (
+    SURROUNDINGS,
+    Surroundings,
+    YawProfile,
+    crowded_at,
+    waypoints_along,
+)
 from planner.terrain.footprint import touches
 
 TURNED_AT = ((0.5, (1.0, 0.5)), (0.1, (1.0, 0.5, 0.25, 0.1)), (0.03, (0.25, 0.1, 0.03)))
@@ -331,7 +337,7 @@ def refined_yaw(
         field.blocked, field.body_frame(), track.points, crowded_at(field, track.points)
     )
     arriving, leaving = yaw.arriving, yaw.leaving
-    levels = [(_waypoints(along, spacing, fixed), turns) for spacing, turns in TURNED_AT]
+    levels = [(waypoints_along(along, spacing, fixed), turns) for spacing, turns in TURNED_AT]
     if len(levels[1][0]) < NO_FURTHER * len(levels[0][0]):
         del levels[0]
     for at, turns in levels:
@@ -351,12 +357,3 @@ def refined_yaw(
         added = np.interp(along, along[at], total)
         arriving, leaving = arriving + added, leaving + added
     return YawProfile(arriving, leaving, yaw.cost)
-
-
-def _waypoints(along: Array, spacing: float, fixed: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Samples at least ``spacing`` m apart, and all at which the yaw is fixed."""
-    chosen = [0]
-    for k in range(1, len(along) - 1):
-        if along[k] - along[chosen[-1]] >= spacing or fixed[k]:
-            chosen.append(k)
-    return np.array([*chosen, len(along) - 1], np.int64)

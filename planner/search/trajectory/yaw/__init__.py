@@ -6,6 +6,14 @@ search.best()                              # YawProfile, or the place that it do
 
 from planner.search.trajectory.yaw.free_yaws import core_of, crowded_at
 from planner.search.trajectory.yaw.yaw_moves import SURROUNDINGS, Surroundings
-from planner.search.trajectory.yaw.yaw_profile import YawProfile, YawSearch
+from planner.search.trajectory.yaw.yaw_profile import YawProfile, YawSearch, waypoints_along
 
-__all__ = ["SURROUNDINGS", "Surroundings", "YawProfile", "YawSearch", "core_of", "crowded_at"]
+__all__ = [
+    "SURROUNDINGS",
+    "Surroundings",
+    "YawProfile",
+    "YawSearch",
+    "core_of",
+    "crowded_at",
+    "waypoints_along",
+]

@@ -269,7 +269,7 @@ def _chosen(
         steep = steepness > STEEP * float(field.limit.min())
         needed[1:] |= steep
         needed[:-1] |= steep
-    return _waypoints(track, needed, spacing)
+    return waypoints_along(np.append(0.0, np.cumsum(track.lengths)), spacing, needed)
 
 
 def _stride(at: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[np.int64]:
@@ -278,14 +278,18 @@ def _stride(at: NDArray[np.int64], steepness: Array, gentle: float) -> NDArray[n
     return np.where(np.maximum.reduceat(steepness, at[:-1]) < gentle, count, 1)
 
 
-def _waypoints(track: Track, needed: NDArray[np.bool_], spacing: float) -> NDArray[np.int64]:
-    """Samples at which yaw is decided: those ``needed`` (n,), others at even distances."""
-    along = np.concatenate([[0.0], np.cumsum(track.lengths)])
-    chosen = [0]
-    for k in range(1, len(along) - 1):
-        if along[k] - along[chosen[-1]] >= spacing or needed[k]:
+def waypoints_along(along: Array, spacing: float, needed: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Samples at least ``spacing`` m apart, those that are ``needed`` (n,), and both ends.
+
+    ``along`` (n,) is how far along the track each sample is, m.
+    """
+    chosen, last = [0], float(along[0])
+    # Of lists, since numbers of arrays are made one by one.
+    for k, (here, needs) in enumerate(zip(along.tolist(), needed.tolist(), strict=True)):
+        if needs or here - last >= spacing:
             chosen.append(k)
-    return np.array([*chosen, len(along) - 1], np.int64)
+            last = here
+    return np.unique([*chosen, len(along) - 1])
 
 
 def _directions(track: Track, at: NDArray[np.int64]) -> Array:
