@@ -1,6 +1,6 @@
 """Columns of the arrays that the compiled power model reads and writes in addition to its rows.
 
-    body        (len(Body),) read: mass and geometry
+    body        (len(Body),) read: mass, geometry and what a second is worth
     account     (ACCOUNT_LENGTH,) written: sums, limits and the watts of every base effect
     per_wheel   (n, len(PerWheel)) written: what each wheel carries and draws
 
@@ -12,7 +12,11 @@ from __future__ import annotations
 from enum import IntEnum
 from typing import Literal
 
-Body = IntEnum("Body", "MASS CENTRE_HEIGHT WHEEL_RADIUS GEAR_RATIO TRACTION SLIDING_SPEED", start=0)
+Body = IntEnum(
+    "Body",
+    "MASS CENTRE_HEIGHT WHEEL_RADIUS GEAR_RATIO TRACTION SLIDING_SPEED TIME_WEIGHT",
+    start=0,
+)
 """Columns of ``body``: kg without payload, m above ground, m, 1, largest axle force/load, and m/s
 within which friction of rims and rollers changes sign."""
 PerWheel = IntEnum(

@@ -54,6 +54,9 @@ class PowerModel(Shown):
         name, version, parent: which model this is and which one it was made from.
         history: what was adopted, from which data, with which error before and after.
         sliding_speed: m/s within which the friction of rims and rollers changes sign.
+        time_weight: W, that is J for every second, on top of the power. The least of
+            ∫ (P + λ) dt = E + λ·T is a motion that is cheap and quick. Steady costs, yaw and speed
+            profiles, ramps and stops all include it. Accounts by effect do not.
     """
 
     vehicle: Vehicle
@@ -69,6 +72,7 @@ class PowerModel(Shown):
     covariance: ParameterCovariance | None = None
     energy_error: EnergyError | None = None
     sliding_speed: float = SLIDING_SPEED
+    time_weight: float = 0.0
 
     @classmethod
     def from_vehicle(
@@ -139,10 +143,10 @@ class PowerModel(Shown):
 
     @cached_property
     def body(self) -> Array:
-        """(len(Body),) mass, geometry and width of friction's sign as the kernel reads them."""
+        """(len(Body),) mass, geometry and the like as the kernel reads them."""
         v = self.vehicle
         geometry = v.mass, v.com_height, v.layout.radius, v.gear_ratio, v.traction
-        return np.array([*geometry, self.sliding_speed])
+        return np.array([*geometry, self.sliding_speed, self.time_weight])
 
     @property
     def wheels(self) -> Array:

@@ -17,7 +17,6 @@ from planner.power.model import PowerModel
 from planner.power.motion_row import set_motion
 from planner.power.rows import rows_from
 from planner.power.sanity import oddities
-from planner.power.time_weight import with_time_weight
 from planner.power.vehicles import Limits, Vehicle
 from planner.quantities import INDEX
 from planner.search.kernel_arguments import ModelArrays
@@ -50,7 +49,6 @@ class OperatingConditions:
         lasting: whether steady driving takes no more torque than motors give for good. Turns and
             changes of speed may, up to the peak.
         stated: limits as the vehicle states them; the model's are near what its drive reaches.
-        seconds_at: W, the time weight in the model of ``hurried``.
     """
 
     model: PowerModel
@@ -59,7 +57,6 @@ class OperatingConditions:
     wind: Array
     lasting: bool = False
     stated: Limits | None = None
-    seconds_at: float = 0.0
 
     @cached_property
     def key(self) -> tuple[object, ...]:
@@ -90,8 +87,8 @@ class OperatingConditions:
         """Those with seconds that weigh so much that energy counts only among motions as quick."""
         row = self.class_rows[:1].copy()
         set_motion(row[0], 0.0, 0.0, 0.0, 0.0, float(self.limits[0]))
-        watts = MOST_WEIGHT * abs(float(self.model.watts(row)[0]))
-        return replace(self, model=with_time_weight(self.model, watts), seconds_at=watts)
+        watts = MOST_WEIGHT * abs(float(self.model.power_and_limits(row)[0, 0]))
+        return replace(self, model=replace(self.model, time_weight=watts))
 
     @property
     def mass(self) -> float:

@@ -9,7 +9,6 @@ import pytest
 
 from planner import energy_time_front, plan_route
 from planner.errors import Cancelled, RequestError
-from planner.power.time_weight import TimeWeight
 from planner.power.vehicles import load_vehicle
 from planner.search.front import Front
 from planner.terrain.heightmap import Terrain
@@ -65,7 +64,6 @@ def test_every_route_can_be_driven_and_its_account_closes(front, relief):
     limits = load_vehicle("minibalance").limits
     for route in (point.route for point in front.points):
         assert sum(route.breakdown_j.values()) == pytest.approx(route.energy_j, rel=1e-9)
-        assert TimeWeight.slug not in route.breakdown_j
         assert route.arrays["energy_j"][-1] == route.energy_j
         assert route.lower_bound_j < route.energy_j
         assert route.arrays["speed"].max() <= limits.speed * (1.0 + 1e-9)

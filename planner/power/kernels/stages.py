@@ -49,7 +49,7 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
 
     Args:
         row: (ROW_LENGTH,) quantities in the order of planner.quantities.
-        body: (len(Body),) mass and geometry.
+        body: (len(Body),) mass, geometry and what a second is worth.
         wheels: (n, COLUMNS) table of planner.power.kinematics.
         account: (ACCOUNT_LENGTH,) sums and limits, planner.power.account.
         per_wheel: (n, len(PerWheel)) what each wheel carries and draws.
@@ -277,6 +277,8 @@ def power(row: Any, body: Any, wheels: Any, account: Any, per_wheel: Any, hooks:
     bus_watts = hooks.combine("bus", locals(), bus_watts=bus_watts)
     account[Account.BUS] = bus_watts
     bus_watts = hooks.combine("supply", locals(), bus_watts=bus_watts)
+    # Behind everything else: no loss or limit of the supply changes what a second is worth.
+    bus_watts += body[Body.TIME_WEIGHT]
     if mode_size > 0.0:
         slack = min(slack, 0.5 * mode_size * (slack_high - slack_low))
     traction_left = slack / (traction * weight / wheel_count).real

@@ -221,7 +221,7 @@ class Situation:
         conditions = self.conditions.hurried if objective == "time" else self.conditions
         by_yaw = costs.by_yaw
         if objective == "time":
-            by_yaw = by_yaw + conditions.seconds_at * self.costs("time").by_yaw
+            by_yaw = by_yaw + conditions.model.time_weight * self.costs("time").by_yaw
         field = field._replace(
             by_yaw=by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
         )

@@ -17,7 +17,6 @@ from functools import cached_property
 from typing import ClassVar
 
 from planner.arrays import Array
-from planner.power.time_weight import with_time_weight
 from planner.search.field import CostField
 from planner.search.goals import settled
 from planner.search.grid import Lattice
@@ -68,7 +67,7 @@ class PricedSituation(Situation):
     @classmethod
     def of(cls, plain: Situation, watts: float) -> PricedSituation:
         """A situation with every second priced at so many W."""
-        model = with_time_weight(plain.conditions.model, watts)
+        model = replace(plain.conditions.model, time_weight=watts)
         return cls(plain.ground, replace(plain.conditions, model=model), plain, watts)
 
     def corner_penalty(self, objective: str) -> float:

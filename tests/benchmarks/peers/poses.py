@@ -48,7 +48,6 @@ def score_as_they_are(case: Case, poses: Array) -> float | None:
         track,
         yaw,
         steps_of(field, track),
-        0,
         CLOSELY.speeds,
         CLOSELY.levels,
         np.full(len(track.lengths), limits.speed),
