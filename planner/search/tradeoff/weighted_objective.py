@@ -5,7 +5,7 @@
     quicker = search.along(found, 200.0)       # the same way with yaw and speeds for 200 W
 
 The search runs as for energy, with a model that draws the price as well
-(planner.power.time_weight): field, refinement, yaw and speed all minimise E + λ·T. The motion is
+(PowerModel.time_weight): field, refinement, yaw and speed all minimise E + λ·T. The motion is
 then priced by the model without it.
 """
 
