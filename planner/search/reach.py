@@ -72,7 +72,7 @@ class Reach(Shown):
         error_share: largest relative error among the places at the edge of the last round, before
             their routes were taken into account; NaN without any.
         checked: places whose routes were driven in full.
-        notes: what was assumed, in sentences.
+        notes: what was assumed, and whether no route leads to parts of the edge, in sentences.
     """
 
     terrain: Terrain
@@ -179,7 +179,18 @@ def _reached(search: EdgeSearch, request: ReachRequest, say: Progress) -> Reach:
         lines,
         float(error),
         len(routes.legs),
-        assumptions(request, situation.conditions, situation.ground.terrain),
+        (*assumptions(request, situation.conditions, situation.ground.terrain), *_refused(routes)),
+    )
+
+
+def _refused(routes: EdgeRoutes) -> tuple[str, ...]:
+    """What a user ought to know of the edge, where no route leads to some of it."""
+    if not routes.refused:
+        return ()
+    count = len(routes.refused)
+    return (
+        f"to {count} of {count + len(routes.legs)} places at the edge a path leads, but no route "
+        "within all limits; less than this area may be in reach",
     )
 
 

@@ -10,6 +10,7 @@ import pytest
 from planner import plan_route, reachable_area
 from planner.cancellation import CancellationToken
 from planner.errors import Cancelled, RequestError
+from planner.search.legs import LegPlanner
 from planner.search.reach import EdgeSearch
 from planner.search.requests import ReachRequest
 from planner.search.situation import situation_of
@@ -49,6 +50,22 @@ def test_the_edge_of_the_area_takes_the_energy(relief):
         goal = {"x": float(x), "y": float(y)}
         single = plan_route(terrain=relief, start=start, goal=goal)
         assert single.routes[0].energy_j == pytest.approx(150.0, rel=0.02)
+
+
+def test_an_edge_without_a_route_is_said(relief, monkeypatch):
+    """A path's metres do not say whether motors and grip suffice for it."""
+    asked = {"terrain": relief, "start": {"x": 10.0, "y": 10.0}, "energy_j": 150.0}
+    assert not any("no route within all limits" in note for note in reachable_area(**asked).notes)
+    drive = LegPlanner.near
+
+    def refused(self, path, yaws=(None, None)):
+        return None if path[-1][0] > 12.0 else drive(self, path, yaws)
+
+    monkeypatch.setattr(LegPlanner, "near", refused)
+    reach = reachable_area(**asked)
+    (note,) = (note for note in reach.notes if "no route within all limits" in note)
+    known, places = (int(word) for word in note.split() if word.isdigit())
+    assert 0 < known < places == known + reach.checked
 
 
 def test_the_edge_among_obstacles_takes_the_energy():

@@ -50,17 +50,23 @@ class EdgeRoutes:
         self.planner = LegPlanner(situation, field, token, many=True)
         self.weight = situation.conditions.mass * STANDARD_GRAVITY
         self.legs: dict[Node, tuple[Leg, ...]] = {}
+        self.refused: set[Node] = set()
         self.tried: set[tuple[Node, Node, float]] = set()
 
     def drive(self, places: list[Point]) -> list[Node]:
-        """Drive to the nodes nearest to places; those of them that can be reached."""
+        """Drive to the nodes nearest to places; those of them to which a route is known.
+
+        The others are ``refused``: a path leads there, but no motion keeps to all limits.
+        """
         rows, columns = self.field.nodes_at(np.reshape(places, (-1, 2)))
         asked = list(dict.fromkeys(zip(rows.tolist(), columns.tolist(), strict=True)))
-        new = [node for node in asked if node not in self.legs]
+        new = [node for node in asked if node not in self.legs and node not in self.refused]
         with ThreadPoolExecutor(max_workers=2) as pool:
             for node, legs in zip(new, pool.map(self._driven, new), strict=True):
                 if legs is not None:
                     self.legs[node] = legs
+                else:
+                    self.refused.add(node)
             for _ in range(LEARNING_PASSES):
                 better = dict(pool.map(self._learned, *self._lessons()))
                 self.legs |= {node: legs for node, legs in better.items() if legs is not None}
