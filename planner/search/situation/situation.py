@@ -219,13 +219,17 @@ class Situation:
             return field, self.conditions
         costs = self.costs("energy")
         conditions = self.conditions.hurried if objective == "time" else self.conditions
-        by_yaw = costs.by_yaw
-        if objective == "time":
-            by_yaw = by_yaw + conditions.model.time_weight * self.costs("time").by_yaw
+        by_yaw = self._hurried_by_yaw if objective == "time" else costs.by_yaw
         field = field._replace(
             by_yaw=by_yaw, yaw_limit=costs.yaw_limit, crab_angle=costs.crab_angle
         )
         return field, conditions
+
+    @cached_property
+    def _hurried_by_yaw(self) -> Array:
+        """The table of costs by yaw where seconds count most."""
+        seconds = self.costs("time").by_yaw
+        return self.costs("energy").by_yaw + self.conditions.hurried.model.time_weight * seconds
 
     def corner_penalty(self, objective: str) -> float:
         """What refinement counts for a corner, beside the costs of the metres."""
