@@ -81,7 +81,7 @@ def test_late_angles_are_shown_earlier_and_prompt_ones_stay(hilly, base):
     assert with_true_tilt(prompt, base) is prompt
 
 
-@pytest.mark.parametrize("time_constant", [0.5, 2.0])
+@pytest.mark.parametrize("time_constant", [0.5, pytest.param(2.0, marks=pytest.mark.nightly)])
 def test_accelerations_are_taken_out_of_the_angles(hilly, base, time_constant):
     wrong = open_source(bent(hilly, time_constant))
     found = with_true_tilt(wrong, base)
@@ -94,7 +94,7 @@ def test_accelerations_are_taken_out_of_the_angles(hilly, base, time_constant):
     assert error < 1.1 * noise
 
 
-@pytest.mark.parametrize("filtered", [late, bent])
+@pytest.mark.parametrize("filtered", [late, pytest.param(bent, marks=pytest.mark.nightly)])
 def test_every_chunk_is_read_as_the_sample(hilly, base, filtered):
     source = with_true_tilt(open_source(filtered(hilly, 0.5)), base)
     assert source.tilt_lag or source.tilt_filter

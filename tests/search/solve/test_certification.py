@@ -60,7 +60,14 @@ def test_a_place_that_no_node_leads_to_has_a_bound_as_well():
     assert 0.0 < bound < math.inf
 
 
-@pytest.mark.parametrize("factors", [(0.5,), (0.7, 0.3), (0.0,)])
+@pytest.mark.parametrize(
+    "factors",
+    [
+        (0.7, 0.3),
+        pytest.param((0.5,), marks=pytest.mark.nightly),
+        pytest.param((0.0,), marks=pytest.mark.nightly),
+    ],
+)
 def test_ground_that_rolls_more_easily_than_as_measured(factors):
     """All of the map below a factor of 1: between the quick bound and the route.
 

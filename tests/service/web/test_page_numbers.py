@@ -185,7 +185,15 @@ def drawn(folder: Path) -> dict[str, str]:
     return workbench_reports(folder)
 
 
-@pytest.mark.parametrize("width", [360, 720, 1300, 1920])
+@pytest.mark.parametrize(
+    "width",
+    [
+        360,
+        1300,
+        pytest.param(720, marks=pytest.mark.nightly),
+        pytest.param(1920, marks=pytest.mark.nightly),
+    ],
+)
 def test_all_words_of_all_charts_are_inside(
     settings: Settings,
     workers: ScriptedWorkers,

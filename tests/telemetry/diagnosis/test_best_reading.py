@@ -80,7 +80,7 @@ def swaying():
     return replace(log, rows=rows), replace(log, rows=seen)
 
 
-@pytest.mark.parametrize("time_constant", [0.0, 0.2])
+@pytest.mark.parametrize("time_constant", [0.2, pytest.param(0.0, marks=pytest.mark.nightly)])
 def test_noise_of_the_motion_does_not_change_the_meter(swaying, robot, base, time_constant):
     """A filter would take away what noisy accelerations add to the power."""
     moved, seen = swaying

@@ -123,8 +123,14 @@ def test_what_rises_from_a_speed_on_is_no_air(motion, base, place):
     assert fitted == pytest.approx(threshold, abs=0.1 * threshold)
 
 
-@pytest.mark.parametrize("order", [1, 4])
-@pytest.mark.parametrize("power", [0, 1])
+@pytest.mark.parametrize(
+    ("order", "power"),
+    [
+        (4, 0),
+        (1, 1),
+        *(pytest.param(*both, marks=pytest.mark.nightly) for both in ((1, 0), (4, 1))),
+    ],
+)
 def test_a_harmonic_of_the_heading_gets_its_own_formula(motion, base, order, power):
     """Its order and the power of the speed: cosine and sine are weighed together."""
     axes = motion_axes(motion.rows)

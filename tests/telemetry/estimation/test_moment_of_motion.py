@@ -113,7 +113,7 @@ def late(rows: np.ndarray, time_constant: float) -> np.ndarray:
     return shown
 
 
-@pytest.mark.parametrize("time_constant", [0.1, 0.2])
+@pytest.mark.parametrize("time_constant", [0.2, pytest.param(0.1, marks=pytest.mark.nightly)])
 def test_a_filter_of_the_odometry_is_undone(driven, base, time_constant):
     power = driven.power.reshape(-1, MANY // 2).mean(axis=1)
     means = late(driven.fine, time_constant).reshape(len(power), MANY // 2, -1).mean(axis=1)

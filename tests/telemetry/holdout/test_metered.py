@@ -97,7 +97,7 @@ def test_a_held_reading_may_be_of_the_row_before(motion, robot, base):
     assert metered.predicting_best(base, *right)[0].meter == late
 
 
-@pytest.mark.parametrize("rows", [2.0, 4.0])
+@pytest.mark.parametrize("rows", [4.0, pytest.param(2.0, marks=pytest.mark.nightly)])
 def test_an_even_mean_is_no_filter_and_a_filter_no_even_mean(motion, robot, base, rows):
     window = Meter(rows * float(motion.interval[0]), sampling="window")
     log, _ = metered_base_fit(shown_by(window, motion, robot), base)

@@ -35,7 +35,9 @@ def test_a_sample_names_what_the_whole_log_names(motion, base, monkeypatch):
             assert candidate.heldout_rmse_w >= 0.98 * found.after.heldout_rmse_w
 
 
-@pytest.mark.parametrize("slug", ["viscous_drag", "stiction"])
+@pytest.mark.parametrize(
+    "slug", ["viscous_drag", pytest.param("stiction", marks=pytest.mark.nightly)]
+)
 def test_a_long_log_is_asked_for_the_columns_that_it_lacks(slug, motion, base, monkeypatch):
     """What part effects that look alike is worked out on the sample."""
     real = changed(PowerModel.from_vehicle(base.vehicle, effects=(slug,)), **STRONG[slug])
