@@ -383,8 +383,8 @@ class _Tuner:
                 method="Nelder-Mead",
                 options={"initial_simplex": simplex, "maxfev": 60, "xatol": 1e-3 * span},
             )
-            if -found.fun > self.gain(shape)[0]:
-                shape = moved(found.x)
+            # A place within a run may follow that run alone.
+            shape = min((shape, moved(found.x)), key=self.heldout_rmse)
         return shape, tuple(self.gain(shape)[1].tolist())
 
 

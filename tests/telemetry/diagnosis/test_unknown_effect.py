@@ -22,7 +22,7 @@ from planner.telemetry.quantities_of_motion import STANDSTILL, motion_axes
 from planner.telemetry.selection import ShapeFound
 from planner.telemetry.terms import candidate_library
 from planner.telemetry.virtual import Noise, VirtualRobot
-from tests.telemetry.rows import measured
+from tests.telemetry.rows import autoregressive, measured
 
 NOISE = 0.02
 WATTS = 3.0
@@ -190,6 +190,27 @@ def test_what_lasts_for_a_run_is_found_in_few_runs(motion, base):
     found = diagnose(measured(log, base, NOISE, seed=14, extra=extra), base)
     assert found.verdict == "outside_catalogue", found.sentence
     assert found.outside.quantities == ("temperature",)
+
+
+def test_a_threshold_that_predicts_no_new_runs_stays_where_it_was(motion, base):
+    """A fan runs in warm runs alone; slow noise within a cool one looks as if it began there."""
+    log = motion.take(motion.run < 6)
+    _, begin, count = np.unique(log.run, return_index=True, return_counts=True)
+    within = (np.arange(len(log)) - begin[log.run]) / count[log.run]
+    warm = np.array([77.0, 62.0, 71.0, 22.0, 32.0, 21.0])[log.run] + 3.0 * within
+    rows = log.rows.copy()
+    rows[:, INDEX["motor_temp"]] = warm
+    log = replace(log, rows=rows, present=log.present | {"motor_temp"})
+    kept, rng = np.exp(-1.0 / 40.0), np.random.default_rng(6)
+    slow = np.concatenate([autoregressive(rows, kept, rng) for rows in count])
+    log = measured(log, base, NOISE, seed=17, extra=0.8 * (warm > 50.0) + 0.5 * slow)
+    library = candidate_library(fit(log, base).model, log)
+    examination = examine(log, DesignColumns(library, Dictionary.of(log)))
+    shape = ShapeFound(0, 0, 9.0, 1.0, True, ())
+    found = unknown_effect.propose(examination, "temperature", shape, log, base, (), ())
+    slots = zip(found.fit.model.slots, found.fit.model.parameters, strict=True)
+    (threshold,) = (value for (_, name, _, _), value in slots if name == "threshold")
+    assert 35.0 < threshold < 62.0
 
 
 def test_what_is_switched_on_during_a_run_is_no_slow_meter(tmp_path, base):
