@@ -8,7 +8,7 @@ broken_in_block(found, k, limits)               # the same for row k of a block
 These hold at every moment. What a motor may do for a while, it may not do for long:
 
 torques = gear_torques(model, rows)             # (n, motors)
-rms_torques(torques, seconds, thermal_time)     # of the time up to the end of each row
+rms_torques(torques, seconds, thermal_time)     # of the time before, the largest in each row
 """
 
 from __future__ import annotations
@@ -116,9 +116,10 @@ def _gear_torques(
 def rms_torques(
     torques: NDArray[np.float64], seconds: NDArray[np.float64], thermal_time: float
 ) -> NDArray[np.float64]:
-    """Root mean square of torques over the ``thermal_time`` up to the end of every row.
+    """Root mean square of torques over the ``thermal_time`` before: the largest in every row.
 
-    Before the first row a motor is unloaded.
+    Before the first row a motor is unloaded. In a long row the largest need not come at its end: a
+    motor that holds a robot on a slope warms up until the climb before no longer counts.
 
     Args:
         torques: (n,) or (n, motors) N·m.
@@ -131,7 +132,15 @@ def rms_torques(
     several = torques if torques.ndim == 2 else torques[:, None]
     time = np.append(0.0, np.cumsum(seconds))
     heat = np.vstack([np.zeros(several.shape[1]), np.cumsum(several**2 * seconds[:, None], axis=0)])
-    before = [np.interp(time[1:] - thermal_time, time, column) for column in heat.T]
-    window = (heat[1:] - np.stack(before, axis=1)) / thermal_time
+
+    def heat_at(moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.stack([np.interp(moments, time, column) for column in heat.T], axis=1)
+
+    # Heat over the window is linear between the moments at which a row enters or leaves it.
+    window = (heat[1:] - heat_at(time[1:] - thermal_time)) / thermal_time
+    leaving = time[:-1] + thermal_time
+    leaving = leaving[leaving < time[-1]]
+    inside = (heat_at(leaving) - heat[: len(leaving)]) / thermal_time
+    np.maximum.at(window, np.searchsorted(time[1:], leaving), inside)
     rms: NDArray[np.float64] = np.sqrt(np.maximum(window, 0.0)).reshape(torques.shape)
     return rms

@@ -31,7 +31,8 @@ FORESEEN = 0.5
 BRAKING = (0.8, 0.4, 0.2)
 """Shares of the largest acceleration by which the robot stops and starts, tried in turn."""
 PLACES_TRIED = 4
-"""Places for a rest that are tried. At some of them, stopping breaks another limit."""
+"""Places for a rest that are tried, one on each of as many stretches of the drive: at places side
+by side a rest does as much."""
 LONGER, LENGTHENED = 1.3, 8
 """Factor on a rest that was too short, and times at most: stopping and starting take torque."""
 SHORTEST = 0.5
@@ -130,7 +131,8 @@ def _with_a_rest(
 ) -> Motion | None:
     """A motion with a rest before the first place at which it is too warm, long enough for that.
 
-    The robot stands where its motors have least to do, so that it starts again easily.
+    Of each stretch, the place is looked at where motors have least to do: there they cool best and
+    start easily. The shortest rest is taken; each second costs.
     """
     limits = conditions.model.vehicle.limits
     time, warm = np.cumsum(warmth.seconds), np.flatnonzero(_warm(conditions, warmth))
@@ -144,23 +146,39 @@ def _with_a_rest(
     places = places[np.minimum(motion.speed[places - 1], motion.speed[places + 1]) > 0.0]
     by_step = np.zeros(len(motion.time) - 1)
     np.maximum.at(by_step, warmth.owner, warmth.torques.max(axis=1))
-    loaded = np.maximum(by_step[places - 1], by_step[places])
-    for place in places[np.argsort(loaded, kind="stable")][:PLACES_TRIED].tolist():
+    loaded = np.maximum(by_step[:-1], by_step[1:])  # of inner samples
+    shortest: Motion | None = None
+    for part in _in_stretches(motion, places):
+        place = int(part[loaded[part - 1].argmin()])
         stopped = _stopped_at(field, conditions, motion, place)
         if stopped is None:
             continue
         # Stopping and starting take some time, too.
         seconds = max(needed - (stopped.time[-1] - motion.time[-1]), SHORTEST)
         until = warmth.owner[at] + 1  # one step more than before
-        for number in range(LENGTHENED):
-            cooler = _resting_at(stopped, place, seconds * LONGER**number)
+        # After the thermal time, nothing that came before counts.
+        lengths = np.minimum(seconds * LONGER ** np.arange(LENGTHENED), limits.thermal_time)
+        for length in np.unique(lengths):
+            cooler = _resting_at(stopped, place, float(length))
+            if shortest is not None and cooler.time[-1] >= shortest.time[-1]:
+                break
             now = _warmth(field, conditions, cooler)
             if (
                 now is None
                 or not _warm(conditions, now, 1.0 - COOL_RESERVE)[now.owner <= until].any()
             ):
-                return cooler
-    return None
+                shortest = cooler
+                break
+    return shortest
+
+
+def _in_stretches(motion: Motion, places: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Samples by stretches of the drive that take as long; none of them empty."""
+    if not len(places):
+        return []
+    time = motion.time[places]
+    cuts = np.linspace(time[0], time[-1], PLACES_TRIED + 1)[1:-1]
+    return [part for part in np.split(places, np.searchsorted(time, cuts)) if len(part)]
 
 
 def _least_rest(warmth: _Warmth, at: int, allowed: float, thermal_time: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from planner import plan_route
+from planner.power.limits import gear_torques
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from planner.search.requests import PlanRequest
@@ -16,6 +17,7 @@ from planner.search.results import Answer
 from planner.search.situation import situation_of
 from planner.search.trajectory import Motion
 from planner.search.trajectory.heat import overheated, rested
+from planner.search.trajectory.motion import motion_rows
 from planner.terrain.heightmap import Terrain
 from tests.benchmarks.peers.case import Case
 from tests.benchmarks.peers.limits import broken_limits
@@ -28,12 +30,12 @@ THERMAL_TIME, TORQUE = 15.0, 0.022
 """s and N·m of continuous torque: enough for either pitch and not for both."""
 
 
-def model(thermal_time: float) -> PowerModel:
+def model(thermal_time: float, torque: float = TORQUE) -> PowerModel:
     """The built-in robot, whose torque counts over so many s."""
     vehicle = load_vehicle("minibalance")
     peak = vehicle.limits.peak_torque
     limits = replace(
-        vehicle.limits, thermal_time=thermal_time, continuous_torque=TORQUE, peak_torque=peak
+        vehicle.limits, thermal_time=thermal_time, continuous_torque=torque, peak_torque=peak
     )
     return PowerModel.from_vehicle(replace(vehicle, limits=limits))
 
@@ -129,3 +131,36 @@ def test_no_rest_helps_a_pitch_that_is_too_long_by_itself() -> None:
     assert refused.status == "no_route"
     assert refused.cause is not None
     assert refused.cause["limit"] == "torque rms"
+
+
+@pytest.mark.parametrize("torque", [0.0215, 0.0208])
+def test_on_a_long_ramp_the_rest_is_where_all_warm_windows_hold_it(torque: float) -> None:
+    """Of a window of climbing, a rest takes out what is too much: 15 s·(r² - 1)/(r² - h²).
+
+    r is the torque of the climb and h that of holding, over the continuous one. A rest at another
+    place leaves some of the warm windows with less of it, and so has to last longer.
+    """
+    x = 0.25 * np.arange(150)
+    ramp = math.tan(math.radians(10.0)) * np.clip(x - 6.0, 0.0, 22.0)
+    ground = terrain(np.repeat(ramp[None, :], 20, axis=0))
+    ends = {"start": {"x": 3.0, "y": 2.5}, "goal": {"x": 32.0, "y": 2.5}}
+    warm = model(THERMAL_TIME, torque)
+    answer = plan_route(terrain=ground, model=warm, **ends)
+    motion = answer.routes[0].motion
+    assert motion is not None
+    situation = situation_of(
+        PlanRequest.from_json({"map": "test", **ends}), terrain=ground, model=warm
+    )
+    conditions = situation.conditions
+    rows, _, owner = motion_rows(
+        situation.field("energy"), motion, conditions.class_rows, conditions.wind
+    )
+    torques = gear_torques(warm, rows).max(axis=1) / torque
+    climb = float(np.median(torques[(motion.x[owner] > 8.0) & (motion.x[owner] < 26.0)]))
+    (step,) = motion.rests
+    hold = float(torques[owner == step].max())
+    assert hold < 1.0 < climb
+    least = THERMAL_TIME * (climb**2 - 1.0) / (climb**2 - hold**2)
+    # Speeding up again takes torque too.
+    limits = warm.vehicle.limits
+    assert least < np.diff(motion.time)[step] < least + limits.speed / limits.acceleration
