@@ -17,14 +17,22 @@ import numpy as np
 from planner.arrays import Array
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
+from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.situation import explain_no_route, not_driven
 from planner.search.solve.alternatives import nearness
 from planner.search.solve.corridors import corridors, worth_looking
-from planner.search.solve.descent import dissipated
+from planner.search.solve.descent import MOST_SAVED, dissipated
 from planner.search.solve.narrow_passages import through_passages
 from planner.search.solve.pipeline import Attempt, cheapest_near, finished
-from planner.search.solve.recovery import Caution, first_caution, more_clearance, next_caution
+from planner.search.solve.recovery import (
+    FEW_SLOPE_MARGINS,
+    SLOPE_MARGINS,
+    Caution,
+    first_caution,
+    more_clearance,
+    next_caution,
+)
 from planner.search.solve.sketch import (
     ANSWER,
     BASELINE,
@@ -82,6 +90,9 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
         costs = other.field(objective, field.margin, field.factor)
         found = _on_grid(other, costs, objective, effort)
         attempt = attempt if found.route is None else found
+    margins = SLOPE_MARGINS if effort.patient else FEW_SLOPE_MARGINS[objective]
+    if len(margins) > 1 and _strained(run, field, attempt, objective, margins[-1]):
+        attempt = _or_gentler(run, field, attempt, objective, effort, margins[1:])
     # Nobody asks why there is no baseline.
     if attempt.route is None and not attempt.reason and effort.closely:
         cause = _why_not(run, attempt.field, objective)
@@ -90,6 +101,73 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
         cause = not_driven(run.conditions, attempt.field, attempt.infeasible)
         return replace(attempt, reason=cause.what, infeasible=cause)
     return attempt
+
+
+def _strained(
+    run: Run, field: CostField, attempt: Attempt, objective: str, gentlest: float
+) -> bool:
+    """Whether limits of torque cost a route much beside its metres, or leave none at all.
+
+    The costs of the search are those of even driving for a moment. They hold neither the torque of
+    bends on steep ground, nor rests, nor the mean torque. ``gentlest`` is the least share of the
+    slope limit that may be tried.
+    """
+    route, stuck = attempt.route, attempt.infeasible
+    if route is None:
+        return attempt.too_warm or (stuck is not None and stuck.too_warm)
+    assert route.motion is not None  # as ``drive`` leaves it
+    if len(route.motion.rests):
+        return True
+    if objective != "energy" or not suggests_detour(
+        run.conditions, _dissipated(run, attempt), _metres(field, attempt)
+    ):
+        return False
+    return not math.isfinite(_metres(run.field(objective, gentlest, field.factor), attempt))
+
+
+def _or_gentler(
+    run: Run,
+    field: CostField,
+    attempt: Attempt,
+    objective: str,
+    effort: Effort,
+    margins: Iterable[float],
+) -> Attempt:
+    """A route, or the best of those on gentler slopes while the metres of these cost less."""
+    best = attempt
+    with run.within_budget() as limited:
+        for margin in margins:
+            costs = run.field(objective, margin, field.factor)
+            paths = _paths(limited, costs, objective)
+            if paths is None:
+                break
+            metres = sum(polyline_cost(costs, path, costs.step) for path in paths)
+            if best.route is not None and metres >= _spent(run, best.route, objective):
+                break
+            roughly = sketch(limited, costs, paths, objective, effort)
+            if objective == "energy" and not _may_cost_less(roughly, best):
+                continue
+            found = finished(limited, [roughly], objective, effort)
+            best = min(best, found, key=lambda one: _value(one, objective))
+    return best
+
+
+def _may_cost_less(roughly: Sketch, than: Attempt) -> bool:
+    """Whether a sketch, driven with all care, may come below a route."""
+    one = roughly.best
+    if one is None or than.route is None:
+        return one is not None
+    return one.energy - MOST_SAVED * one.dissipated < than.route.energy_j
+
+
+def _spent(run: Run, route: Route, objective: str) -> float:
+    """What a route takes of an objective, to be compared with the cost of metres."""
+    return dissipated(run, route) if objective == "energy" else route.value(objective)
+
+
+def _value(attempt: Attempt, objective: str) -> float:
+    """What an attempt's route takes of an objective; infinite without one."""
+    return math.inf if attempt.route is None else attempt.route.value(objective)
 
 
 def _with_other_torque(run: Run, attempt: Attempt, effort: Effort) -> Run | None:
@@ -191,7 +269,7 @@ def _dissipated(run: Run, attempt: Attempt) -> float:
 
 def _cheaper(*attempts: Attempt) -> Attempt:
     """The attempt whose route takes least energy."""
-    return min(attempts, key=lambda one: math.inf if one.route is None else one.route.energy_j)
+    return min(attempts, key=lambda one: _value(one, "energy"))
 
 
 @dataclass

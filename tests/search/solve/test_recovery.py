@@ -65,7 +65,7 @@ def test_a_broken_limit_asks_for_another_place_and_then_for_gentler_slopes(open_
 
 
 def test_motors_too_warm_ask_for_paths_past_the_place_and_for_nothing_else(open_ground):
-    """Less of the slope limit would be no remedy: on every slope they get as warm in the end."""
+    """Gentler slopes are looked at once, after all of these (test_torque_limits)."""
     caution, attempt = first_of(open_ground)
     at = attempt.field.nodes_at((6.0, 5.0))
     warm = replace(attempt, infeasible=WARM)
