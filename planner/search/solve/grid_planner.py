@@ -91,7 +91,7 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
         found = _on_grid(other, costs, objective, effort)
         attempt = attempt if found.route is None else found
     margins = SLOPE_MARGINS if effort.patient else FEW_SLOPE_MARGINS[objective]
-    if len(margins) > 1 and _strained(run, field, attempt, objective, margins[-1]):
+    if len(margins) > 1 and _near_torque_limits(run, field, attempt, objective, margins[-1]):
         attempt = _or_gentler(run, field, attempt, objective, effort, margins[1:])
     # Nobody asks why there is no baseline.
     if attempt.route is None and not attempt.reason and effort.closely:
@@ -103,7 +103,7 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
     return attempt
 
 
-def _strained(
+def _near_torque_limits(
     run: Run, field: CostField, attempt: Attempt, objective: str, gentlest: float
 ) -> bool:
     """Whether limits of torque cost a route much beside its metres, or leave none at all.
@@ -112,9 +112,9 @@ def _strained(
     bends on steep ground, nor rests, nor the mean torque. ``gentlest`` is the least share of the
     slope limit that may be tried.
     """
-    route, stuck = attempt.route, attempt.infeasible
+    route = attempt.route
     if route is None:
-        return attempt.too_warm or (stuck is not None and stuck.too_warm)
+        return _too_warm(attempt)
     assert route.motion is not None  # as ``drive`` leaves it
     if len(route.motion.rests):
         return True
@@ -152,6 +152,12 @@ def _or_gentler(
     return best
 
 
+def _too_warm(attempt: Attempt) -> bool:
+    """Whether motors that get too warm refused some path."""
+    infeasible = attempt.infeasible
+    return attempt.too_warm or (infeasible is not None and infeasible.too_warm)
+
+
 def _may_cost_less(roughly: Sketch, than: Attempt) -> bool:
     """Whether a sketch, driven with all care, may come below a route."""
     one = roughly.best
@@ -178,7 +184,7 @@ def _with_other_torque(run: Run, attempt: Attempt, effort: Effort) -> Run | None
         if not effort.closely or situation.slopes_outlast_heat:
             return None
         return replace(run, situation=situation.with_peak_torque())
-    if not (attempt.too_warm or (attempt.infeasible is not None and attempt.infeasible.too_warm)):
+    if not _too_warm(attempt):
         return None
     # What never exceeds the continuous torque keeps the limit of its mean.
     return replace(run, situation=situation.with_continuous_torque())
