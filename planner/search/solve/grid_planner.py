@@ -147,7 +147,7 @@ def _or_gentler(
             roughly = sketch(limited, costs, paths, objective, effort)
             if objective == "energy" and not _may_cost_less(roughly, best):
                 continue
-            found = finished(limited, [roughly], objective, effort)
+            found = finished(limited, [roughly], objective, effort, Closely(objective))
             best = min(best, found, key=lambda one: _value(one, objective))
     return best
 
