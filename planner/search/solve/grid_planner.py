@@ -62,6 +62,9 @@ turn that costs something."""
 MISSED = 0.01
 """Share of a route's energy by which one that cannot be driven was cheaper, from which poses are
 searched as well."""
+MOST_TORQUE = 0.95
+"""Share of a limit of torque from which it decides how bends are driven; motions on steep ground
+that are bound by traction or voltage use three quarters."""
 MUCH_TURNING = 1.1
 """Energy over that of even driving from which paths with more room are tried as well."""
 
@@ -91,7 +94,7 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
         found = _on_grid(other, costs, objective, effort)
         attempt = attempt if found.route is None else found
     margins = SLOPE_MARGINS if effort.patient else FEW_SLOPE_MARGINS[objective]
-    if len(margins) > 1 and _near_torque_limits(run, field, attempt, objective, margins[-1]):
+    if len(margins) > 1 and _near_torque_limits(run, field, attempt, objective):
         attempt = _or_gentler(run, field, attempt, objective, effort, margins[1:])
     # Nobody asks why there is no baseline.
     if attempt.route is None and not attempt.reason and effort.closely:
@@ -103,14 +106,11 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
     return attempt
 
 
-def _near_torque_limits(
-    run: Run, field: CostField, attempt: Attempt, objective: str, gentlest: float
-) -> bool:
+def _near_torque_limits(run: Run, field: CostField, attempt: Attempt, objective: str) -> bool:
     """Whether limits of torque cost a route much beside its metres, or leave none at all.
 
     The costs of the search are those of even driving for a moment. They hold neither the torque of
-    bends on steep ground, nor rests, nor the mean torque. ``gentlest`` is the least share of the
-    slope limit that may be tried.
+    bends on steep ground, nor rests, nor the mean torque.
     """
     route = attempt.route
     if route is None:
@@ -122,7 +122,8 @@ def _near_torque_limits(
         run.conditions, _dissipated(run, attempt), _metres(field, attempt)
     ):
         return False
-    return not math.isfinite(_metres(run.field(objective, gentlest, field.factor), attempt))
+    shares = [use.share for use in route.limits if use.limit.startswith("torque")]
+    return max(shares) >= MOST_TORQUE
 
 
 def _or_gentler(
