@@ -341,7 +341,8 @@ def _spread(size: Array, left: Array) -> tuple[Array, Array]:
     count = int(min(SPREAD_BINS, max(1, len(size) // 40)))
     order = np.argsort(size, kind="stable")
     bins = np.array_split(order, count)
-    powers = np.array([float(np.median(size[b])) for b in bins])
+    # Rows of a bin stand in order: their median is in the middle.
+    powers = np.array([0.5 * (size[b[(len(b) - 1) // 2]] + size[b[len(b) // 2]]) for b in bins])
     spreads = np.array([deviation(left[b]) for b in bins])
     padded = np.concatenate([spreads[:1], spreads, spreads[-1:]])
     smooth = np.convolve(padded, [0.25, 0.5, 0.25], "valid")

@@ -77,7 +77,7 @@ class _Search:
     """Likelihood of a log as a function of its meter.
 
     ``together`` is (n, 1 + m): W of the model at the supply, and its columns; ``taken`` is
-    what Readings.taken_in gave, by sampling and period.
+    what Readings.taken_in gave, by sampling and period, and ``scored`` what ``score`` gave.
     """
 
     log: Telemetry
@@ -86,6 +86,7 @@ class _Search:
     clusters: Integers
     interval: float
     taken: dict[tuple[str, float], Integers] = field(default_factory=dict)
+    scored: dict[Meter, float] = field(default_factory=dict)
 
     @classmethod
     def beside(
@@ -128,6 +129,12 @@ class _Search:
         residual = self.log.power - watts
         return row_likelihood(self.log, residual, watts, self.spread, shown[:, 1:])
 
+    def score(self, meter: Meter) -> float:
+        """Log-likelihood of the log; where searches begin is asked for again."""
+        if meter not in self.scored:
+            self.scored[meter] = float(self.rows(meter).sum())
+        return self.scored[meter]
+
     def best(self, starts: Sequence[Meter], *names: str) -> tuple[Meter, float]:
         """The likeliest meter near the likeliest of some, and its log-likelihood.
 
@@ -135,8 +142,7 @@ class _Search:
             starts: where the search may begin.
             names: numbers of the meter that are free.
         """
-        scores = [float(self.rows(meter).sum()) for meter in starts]
-        start = starts[int(np.argmax(scores))]
+        start = max(starts, key=self.score)
         begin = np.array([self._coordinate(name, getattr(start, name)) for name in names])
         causal = TIME_CONSTANT in names
         low = [_earliest(start) if causal and name == DELAY else -np.inf for name in names]
@@ -145,7 +151,7 @@ class _Search:
             return self._at(start, names, np.maximum(x, low))
 
         def cost(x: Array) -> float:
-            return -float(self.rows(at(x)).sum())
+            return -self.score(at(x))
 
         simplex = begin + FIRST_STEP * np.vstack([np.zeros(len(begin)), np.eye(len(begin))])
         options: Any = {"xatol": 0.01, "fatol": 0.05, "maxfev": 60, "initial_simplex": simplex}
@@ -247,7 +253,7 @@ def likelihoods(
     for reading in readings:
         one = replace(reading.take(slice(0, COMPARED_ROWS)), meter=None)
         search = replace(_Search.beside(one, model, places), spread=first.spread)
-        found.append(max(float(search.rows(meter).sum()) for meter in meters))
+        found.append(max(map(search.score, meters)))
     return found
 
 
@@ -268,7 +274,7 @@ def _believed(search: _Search, filtering: bool, evenly: bool) -> Meter | None:
         if filtering and rows * interval <= Meter.LONGEST_LAG
     ]
     least = float(nothing.sum()) + LEAST_GAIN
-    if max(float(search.rows(meter).sum()) for meter in (*delays, *filters)) < least - NEAR_GAIN:
+    if max(map(search.score, (*delays, *filters))) < least - NEAR_GAIN:
         return None
     plain, plain_score = search.best(delays, DELAY)
     late, meter, score = False, plain, plain_score

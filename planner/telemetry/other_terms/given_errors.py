@@ -25,7 +25,7 @@ from planner.power.vehicles import Vehicle
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms.sensor_errors import SENSORS
-from planner.telemetry.prediction import predict
+from planner.telemetry.prediction import Nodes, Readings, predict
 from planner.telemetry.sampling import with_earlier_tilt
 
 SHEET_SHARE = 0.05
@@ -198,8 +198,11 @@ def given_columns(log: Telemetry, model: PowerModel, watts: Array) -> Array:
     for number, error in enumerate(_SHEET):
         changed = replace(model, vehicle=error.change(vehicle, error.sigma(vehicle)))
         columns[:, number] = predict(changed, log) - watts
+    # Another motion changes nothing of when and how its power is read.
+    readings = Readings.of(log)
     for number, (size, change) in enumerate(_SENSORS, start=len(_SHEET)):
-        columns[:, number] = predict(model, change(log, size)) - watts
+        moved = Nodes.of(replace(change(log, size), meter=None), model)
+        columns[:, number] = predict(model, moved._replace(readings=readings)) - watts
     columns[:, -GIVEN.moments :] = _moments(log, watts)
     return columns
 

@@ -10,6 +10,7 @@ import pytest
 from planner.quantities import INDEX
 from planner.telemetry.holdout import base_fit, heldout_residual, rms
 from planner.telemetry.holdout.heldout import MOST_GIVEN
+from planner.telemetry.logs import Meter
 from planner.telemetry.other_terms.given_errors import (
     GIVEN,
     ONLY_BY_SIZE,
@@ -106,6 +107,16 @@ def test_a_turned_velocity_is_among_them(motion, base):
     used = columns[:, norms > 0.0] / norms[norms > 0.0]
     cosines = np.abs(used.T @ turned) / np.linalg.norm(turned)
     assert cosines.max() > 0.9
+
+
+def test_a_meter_shows_another_motion_as_it_shows_the_one_at_hand(motion, base):
+    """One that reads every 2 s, and averages."""
+    log = replace(motion, meter=Meter(0.4, 0.2, sampling="held", period_s=2.0))
+    watts = predict(base, log)
+    by_turned = given_columns(log, base, watts)[:, GIVEN.own["heading_misalignment"]]
+    turned = SENSORS["heading_misalignment"].correct(log, USUAL_TURN)
+    assert np.any(np.diff(watts) == 0.0)
+    assert by_turned == pytest.approx(predict(base, turned) - watts, abs=1e-12)
 
 
 def test_pitch_and_roll_behind_a_filter_are_among_them(motion, base):
