@@ -39,7 +39,11 @@ from planner.telemetry.sampling.late_odometry import (
     with_undone_lag,
 )
 from planner.telemetry.sampling.noisier_motion import with_more_noise
-from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
+from planner.telemetry.sampling.smoothed_motion import (
+    LEAST_NEIGHBOURS,
+    can_be_smoothed,
+    with_smoothed_motion,
+)
 from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
 STEADY_TIME = 0.2
@@ -50,6 +54,9 @@ NOISE_MEMORY = 0.2
 """s; noise that an odometry's filter makes last is gone by then: twice a usual time constant."""
 HALF_WIDTHS = (0.2, 0.1)
 """s on either side that a motion is smoothed over."""
+LONGEST_HALF_WIDTH = 1.0
+"""s on either side, at most, where rows are longer: a robot reaches its speed in about this time.
+"""
 FEWEST_ROWS = 10
 """Rows of a log that anything is fitted to: more than a base model has parameters."""
 LAGS = (0.1, 0.2)
@@ -217,14 +224,18 @@ class LogSource:
 
         Four short rows may be steady by chance while a robot changes its speed: so there are also
         speeds as read, and longer steady drives. What is seen from row to row may be noise: so
-        there is also a smoothed motion. A filter of the odometry makes noise last, which looks like
-        a swing: so there are steady drives whose speeds scatter only after NOISE_MEMORY. Which
-        reading is the robot's motion depends on how its odometry scatters and how its controller
-        works.
+        there is also a smoothed motion. It is smoothed over HALF_WIDTHS, or over a few rows where
+        these are longer: encoders that are read a little early or late scatter at any rate. A
+        filter of the odometry makes noise last, which looks like a swing: so there are steady
+        drives whose speeds scatter only after NOISE_MEMORY. Which reading is the robot's motion
+        depends on how its odometry scatters and how its controller works.
         """
         interval = float(np.median(self.sample.interval)) if len(self.sample) else STEADY_TIME
         rows = max(round(STEADY_TIME / max(interval, 1e-9)), LEAST_SEGMENT_ROWS)
         smooth = [width for width in HALF_WIDTHS if can_be_smoothed(self.sample, width)]
+        wider = (LEAST_NEIGHBOURS + 0.5) * interval  # half a row more, as rows are uneven
+        if not smooth and wider <= LONGEST_HALF_WIDTH and can_be_smoothed(self.sample, wider):
+            smooth = [wider]
         kinds = [(rows, width) for width in smooth] + [(0, width) for width in smooth]
         if rows > LEAST_SEGMENT_ROWS:
             kinds += [(0, 0.0), (rows, 0.0)]

@@ -122,3 +122,29 @@ def test_noise_that_a_filter_makes_last_is_no_sideways_motion(robot, base, real)
     chosen = best_reading(open_source(replace(seen_log, power=power + noise)), base)
     share = np.mean(chosen.sample.rows[forward, INDEX["vy"]] == 0.0)
     assert (share > 0.9) == (not real)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.01])
+def test_counts_of_encoders_that_are_read_early_or_late_are_smoothed(robot, base, late):
+    """Rows of 0.1 s, whose speeds are counts over intervals that scatter by ``late`` s."""
+    step, lengths = 0.1, [200] * 8
+    random, log = np.random.default_rng(15), plain_log(lengths)
+    time = step * np.concatenate([np.arange(1.0, length + 1.0) for length in lengths])
+    log = replace(log, time=time, interval=np.full(len(time), step))
+    rows, seen = log.rows.copy(), log.rows.copy()
+    for length, stop in zip(lengths, np.cumsum(lengths), strict=True):
+        own = slice(stop - length, stop)
+        beat, phase = random.uniform(0.8, 2.5, 3), random.uniform(0.0, 6.0, 3)
+        waves = np.sin(np.outer(step * np.arange(length), beat) + phase).mean(axis=1)
+        counted = 1.0 + np.diff(late * random.standard_normal(length + 1)) / step
+        for table, scatter in ((rows, 1.0), (seen, counted)):
+            table[own, INDEX["vx"]] = (0.5 + 0.4 * waves) * scatter
+            table[own, INDEX["ax"]] = np.gradient(table[own, INDEX["vx"]], step)
+    moved = predict(robot, replace(log, rows=rows))
+    noise = 0.1 * random.standard_normal(len(seen))
+    chosen = best_reading(open_source(replace(log, rows=seen, power=moved + noise)), base)
+    assert (chosen.half_width > 0.0) == (late > 0.0)
+    if late:
+        as_read = predict(robot, replace(log, rows=seen))
+        smooth = predict(robot, replace(chosen.sample, meter=None))
+        assert np.std(smooth - moved) < 0.5 * np.std(as_read - moved)
