@@ -49,6 +49,7 @@ from planner.telemetry.diagnosis.advice import (
     Untestable,
     slope_to_log,
 )
+from planner.telemetry.diagnosis.along_the_log import rising_steadily
 from planner.telemetry.diagnosis.answer import Decision
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.candidates import adoptable, candidates_of
@@ -151,6 +152,7 @@ def _diagnosed(
     source = with_true_tilt(source, start)
     raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
+    decided = [(found, rising_steadily(found, one)) for found, one in decided]
     if any(one.answer.claims for _, one in decided):
         watch(0.9, "adding noise to the motion")
         noisier = raw.noisier_as(source)

@@ -126,13 +126,20 @@ class Found:
                 pushed[place] = stated[key]
         return pushed
 
-    def heldout(self, fitted: Fit) -> Array:
+    def heldout(self, fitted: Fit, beside: Array | None = None) -> Array:
         """(n,) W, held-out residual of a fit.
 
         Usual errors of what is given explain what they can where that predicts better. Beside a
         model that lacks much they may take its place, and on held-out runs make good ones worse.
+
+        Args:
+            fitted: the fit to all rows.
+            beside: (n, k) W per standard deviation, what may explain a part of the power as well.
         """
-        each = (heldout_residual(self.log, fitted, columns) for columns in self._unsure)
+        each = (
+            heldout_residual(self.log, fitted, _together(columns, beside))
+            for columns in self._unsure
+        )
         return min(each, key=rms)
 
     @cached_property
@@ -164,6 +171,12 @@ class Found:
             if before != value and (value - low <= near or high - value <= near):
                 return True
         return False
+
+
+def _together(*columns: Array | None) -> Array | None:
+    """Columns side by side; None where there are none."""
+    given = [each for each in columns if each is not None]
+    return np.column_stack(given) if given else None
 
 
 def investigate(
