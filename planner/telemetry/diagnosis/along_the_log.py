@@ -22,9 +22,10 @@ import numpy as np
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.diagnosis.answer import Answer, Decision
+from planner.telemetry.diagnosis.reconcile import without_claim
 from planner.telemetry.diagnosis.unexplained import unexplained_by
 from planner.telemetry.estimation import Fit
-from planner.telemetry.holdout import rms
+from planner.telemetry.holdout import rms, supports
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted
 from planner.telemetry.selection import Found
@@ -56,14 +57,15 @@ def rising_steadily(found: Found, decision: Decision) -> Decision:
     # What differs from run to run is what the courses say, so that it is no noise.
     noise = replace(without.noise, by_run=np.zeros((2, 2)))
     competing, size = replace(without, noise=noise), COURSE_SIZE * rms(others)
-    left = (found.heldout(competing, size * c[:, None]) for c in _courses(found.log, answer.fit))
-    if min(rms(counted(each, floor)) for each in left) > rms(counted(answer.left, floor)):
+    each = (found.heldout(competing, size * c[:, None]) for c in _courses(found.log, answer.fit))
+    if min(rms(counted(one, floor)) for one in each) > rms(counted(answer.left, floor)):
         return decision
+    if not (kept and supports(found.log, decision.before, others, floor)):
+        return without_claim(found, decision)
     members = tuple(answer.members[k] for k in kept)
     rest = Answer(without, others, members, additions, aliases=answer.aliases)
-    unexplained = unexplained_by(found.log, others, floor, without.watts)
-    alike = () if kept else (RISING,)
-    return replace(decision, answer=rest, alike=alike, unexplained=unexplained, near="")
+    left = unexplained_by(found.log, others, floor, without.watts)
+    return replace(decision, answer=rest, alike=(), unexplained=left, near="")
 
 
 def _courses(log: Telemetry, fitted: Fit) -> Iterator[Array]:

@@ -60,7 +60,7 @@ def undisputed(
         same_log: whether neither corrected errors of sensors, so that errors compare.
     """
     answer, before, floor = decision.answer, decision.before, decision.floor
-    nothing = _without_claim(found, decision)
+    nothing = without_claim(found, decision)
     mine, theirs = _names(answer), _names(other.answer) or set(other.alike)
     if answer.proposal is None and mine and same_log:
         least = min(before, other.before, key=rms)
@@ -132,7 +132,7 @@ def beyond_noise(found: Found, decision: Decision, noisier: Sequence[Telemetry])
     if outlives(float(np.mean(more)) - _taken_off(found, answer, floor)):
         return decision
     # Noise explains it, so no effect needs to.
-    return replace(_without_claim(found, decision), alike=())
+    return replace(without_claim(found, decision), alike=())
 
 
 def as_sure_as_noise_leaves(
@@ -204,7 +204,7 @@ def confirmed(
         _makes(other.answer, answer) or _supports(each, other, answer) for each, other in others
     ):
         return decision
-    return _without_claim(found, decision)
+    return without_claim(found, decision)
 
 
 def _makes(other: Answer, answer: Answer) -> bool:
@@ -258,7 +258,7 @@ def _as_good(one: Diagnosis, other: Diagnosis) -> bool:
     return bool(excess.sum() < EQUAL_Z * np.sqrt(np.sum(excess**2)) + 1e-12)
 
 
-def _without_claim(found: Found, decision: Decision) -> Decision:
+def without_claim(found: Found, decision: Decision) -> Decision:
     """The decision that nothing is claimed; what was named is among what may be there."""
     named = tuple(member.name for member in decision.answer.members)
     nothing = Answer(found.base, decision.before)
