@@ -257,6 +257,8 @@ class Checks:
                 text = f"{name}: {rows} left out, the first is row {odd.first}"
                 if kind == "missing" and 2 * odd.rows > self.seen:
                     text += "; where it has a rate of its own, joulepath logs join makes its rows"
+                if kind == "doubled" and 2 * odd.rows > self.seen:
+                    text += "; of times that are rounded only one row each is kept: log finer ones"
                 yield Finding(kind, name, odd.rows, text)
         if self.ragged:
             text = (

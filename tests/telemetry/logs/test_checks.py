@@ -195,6 +195,13 @@ def test_a_slower_meter_in_the_same_table_is_sent_to_join(tmp_path: Path) -> Non
     assert "joulepath logs join" in found.sentence
 
 
+def test_times_in_whole_seconds_lose_most_rows_and_are_said(tmp_path: Path) -> None:
+    log = Telemetry.read(changed(time=np.floor(table()["time"]))(tmp_path))
+    (found,) = [f for f in log.report if f.kind == "doubled"]
+    assert "rounded" in found.sentence
+    assert found.rows + len(log) == 60
+
+
 def test_row_numbers_count_the_rows_of_the_file(tmp_path: Path) -> None:
     columns = table(600)
     columns["vx"][499] = math.nan
