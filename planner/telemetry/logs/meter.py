@@ -80,8 +80,9 @@ class Meter:
     def sentence(self) -> str:
         """What the meter does, in words."""
         said = []
-        if self.time_constant_s > 0.0:
-            over = _seconds(self.time_constant_s, self.time_constant_stderr_s)
+        tau, error = self.time_constant_s, self.time_constant_stderr_s
+        if tau > 0.0:
+            over = _seconds(tau, error) if tau > error else f"less than {tau + error:.2g} s"
             said.append(f"averages {'evenly ' * (self.sampling == 'window')}over {over}")
         if abs(self.delay_s) > self.delay_error_s:
             late = "lags" if self.delay_s > 0.0 else "leads"

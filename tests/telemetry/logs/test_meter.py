@@ -33,3 +33,9 @@ def test_what_shifts_a_time_constant_is_in_its_error_and_not_in_the_search():
     assert meter.to_json()["time_constant_s"]["stderr"] == pytest.approx(0.05)
     assert "0.400 ± 0.050 s" in meter.sentence
     assert not same_meter(meter, replace(meter, time_constant_s=0.45))
+
+
+def test_a_mean_that_is_shorter_than_its_error_has_an_end_alone():
+    meter = Meter(0.05, 0.0, "window", 4.0)
+    assert meter.sentence == "Your meter averages evenly over less than 4 s"
+    assert "over less than 0.044 s" in Meter(0.004, 0.1, "held", 0.04, 0.01).sentence
