@@ -49,7 +49,7 @@ from planner.telemetry.diagnosis.advice import (
     Untestable,
     slope_to_log,
 )
-from planner.telemetry.diagnosis.along_the_log import rising_steadily
+from planner.telemetry.diagnosis.along_the_log import all_rising_steadily
 from planner.telemetry.diagnosis.answer import Decision
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.diagnosis.candidates import adoptable, candidates_of
@@ -152,7 +152,7 @@ def _diagnosed(
     source = with_true_tilt(source, start)
     raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
-    decided = [(found, rising_steadily(found, one)) for found, one in decided]
+    decided = all_rising_steadily(decided)
     if any(one.answer.claims for _, one in decided):
         watch(0.9, "adding noise to the motion")
         noisier = raw.noisier_as(source)
@@ -166,7 +166,7 @@ def _diagnosed(
             watch(0.9 + 0.1 * share, f"{said}, in the usual reading")
 
         usual = usual.with_meter(source.sample.meter)
-        others = _decided(usual, start, extra, again)
+        others = all_rising_steadily(_decided(usual, start, extra, again))
         decided = [(found, confirmed(found, decision, others)) for found, decision in decided]
     reports = [_report(source, start, found, decision) for found, decision in decided]
     return reports[0] if len(reports) == 1 else more_credible(*reports)
