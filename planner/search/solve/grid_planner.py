@@ -63,8 +63,8 @@ MISSED = 0.01
 """Share of a route's energy by which one that cannot be driven was cheaper, from which poses are
 searched as well."""
 MOST_TORQUE = 0.95
-"""Share of a limit of torque from which it decides how bends are driven; motions on steep ground
-that are bound by traction or voltage use three quarters."""
+"""Share of a limit of torque from which it decides how bends are driven; where traction or voltage
+does, motions on steep ground use clearly less."""
 MUCH_TURNING = 1.1
 """Energy over that of even driving from which paths with more room are tried as well."""
 
