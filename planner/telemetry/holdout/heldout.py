@@ -5,9 +5,9 @@
     supports(log, heldout_residual(log, one), heldout_residual(log, other), one.spread)
 
 A fold is a fifth of the runs. Its parameters are those of one Gauss-Newton step from the fit to all
-runs towards the fit without the fold, with the same bounds and the same prior: a parameter that
-only the fold determines stays where it is. That is as good as refitting when folds change them
-little (tests/telemetry/holdout/test_cross_validation.py compares it with such fits).
+runs towards the fit without the fold, with the same bounds and a prior at least as wide. A
+parameter that only the fold determines stays where it is. That is as good as refitting when folds
+change them little (tests/telemetry/holdout/test_cross_validation.py compares it with such fits).
 """
 
 from __future__ import annotations
@@ -259,6 +259,9 @@ def heldout_residual(log: Telemetry, fitted: Fit, given: Array | None = None) ->
         columns = np.column_stack([columns, given])
     white = fitted.whitened(log, columns)
     known = Prior.of(model, moved)
+    # A part that began large and is not there was fitted with a wide prior, and keeps it.
+    wide = np.minimum(known.weights, Prior.of(fitted.begun, moved).weights)
+    known = replace(known, weights=wide)
     value = model.parameters[moved]
     free = columns.shape[1] - count
     # Usual errors are slow: rows that correlate say less of them than so many independent ones.

@@ -9,6 +9,7 @@ from planner.quantities import INDEX
 from planner.telemetry.estimation import fit
 from planner.telemetry.holdout.heldout import fold_numbers, heldout_rmse, rms
 from planner.telemetry.prediction import predict
+from tests.power.states import changed
 from tests.telemetry.rows import measured, plain_log
 
 
@@ -42,6 +43,16 @@ def test_what_next_to_no_row_tells_does_not_move_the_runs_left_out(base):
     found = fit(log, base)
     assert heldout_rmse(log, found) < 1.2 * rms(refitted_without_each_fold(log, base))
     assert heldout_rmse(log, found) < 1.5 * found.rmse_w
+
+
+@pytest.mark.parametrize("begun", [0.0, 20.0])
+def test_a_part_that_is_not_there_costs_what_refitting_costs(begun, motion, base):
+    # Begun large and found near nothing, it was pulled back as if it were known to be large.
+    model = changed(base, roller_drag__roller_viscous=begun)
+    log = measured(motion, base, 0.3, seed=7)
+    found = fit(log, model)
+    refitted = rms(refitted_without_each_fold(log, model, noise=found.noise))
+    assert heldout_rmse(log, found) == pytest.approx(refitted, rel=0.02)
 
 
 def test_useless_parameters_cost_heldout_error(motion, base, robot):
