@@ -17,21 +17,32 @@ import numpy as np
 from planner.arrays import Array
 from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
-from planner.search.results import Route
 from planner.search.run import Run
-from planner.search.situation import explain_no_route, not_driven
+from planner.search.situation import not_driven
 from planner.search.solve.alternatives import nearness
 from planner.search.solve.corridors import corridors, worth_looking
-from planner.search.solve.descent import MOST_SAVED, dissipated
+from planner.search.solve.grid_paths import leg_paths, why_not
 from planner.search.solve.narrow_passages import through_passages
 from planner.search.solve.pipeline import Attempt, cheapest_near, finished
-from planner.search.solve.recovery import (
+from planner.search.solve.recovery.caution import (
     FEW_SLOPE_MARGINS,
     SLOPE_MARGINS,
     Caution,
     first_caution,
     more_clearance,
     next_caution,
+)
+from planner.search.solve.recovery.steep_ground import (
+    FIRST,
+    FOR_A_BUDGET,
+    PoseSearch,
+    leg_poses,
+    straight_up,
+)
+from planner.search.solve.recovery.torque_limits import (
+    near_torque_limits,
+    or_gentler,
+    with_other_torque,
 )
 from planner.search.solve.sketch import (
     ANSWER,
@@ -42,13 +53,6 @@ from planner.search.solve.sketch import (
     Effort,
     Sketch,
     sketch,
-)
-from planner.search.solve.steep_ground import (
-    FIRST,
-    FOR_A_BUDGET,
-    PoseSearch,
-    leg_poses,
-    straight_up,
 )
 from planner.search.trajectory import Motion
 from planner.search.waypoints import suggests_detour
@@ -62,9 +66,6 @@ turn that costs something."""
 MISSED = 0.01
 """Share of a route's energy by which one that cannot be driven was cheaper, from which poses are
 searched as well."""
-MOST_TORQUE = 0.95
-"""Share of a limit of torque from which it decides how bends are driven; where traction or voltage
-does, motions on steep ground use clearly less."""
 MUCH_TURNING = 1.1
 """Energy over that of even driving from which paths with more room are tried as well."""
 
@@ -88,107 +89,22 @@ def on_grid(run: Run, field: CostField, objective: str, effort: Effort = ANSWER)
         part = partial(_on_grid, field=field, objective=objective, effort=ONE_OF_MANY)
         passages = partial(through_passages, run, field, objective, part)
     attempt = _on_grid(run, field, objective, effort, passages)
-    other = None if attempt.route is not None else _with_other_torque(run, attempt, effort)
+    other = None if attempt.route is not None else with_other_torque(run, attempt, effort)
     if other is not None:
         costs = other.field(objective, field.margin, field.factor)
         found = _on_grid(other, costs, objective, effort)
         attempt = attempt if found.route is None else found
     margins = SLOPE_MARGINS if effort.patient else FEW_SLOPE_MARGINS[objective]
-    if len(margins) > 1 and _near_torque_limits(run, field, attempt, objective):
-        attempt = _or_gentler(run, field, attempt, objective, effort, margins[1:])
+    if len(margins) > 1 and near_torque_limits(run, field, attempt, objective):
+        attempt = or_gentler(run, field, attempt, objective, effort, margins[1:])
     # Nobody asks why there is no baseline.
     if attempt.route is None and not attempt.reason and effort.closely:
-        cause = _why_not(run, attempt.field, objective)
+        cause = why_not(run, attempt.field, objective)
         return replace(attempt, reason=cause.what, infeasible=cause)
     if attempt.route is None and attempt.infeasible is not None and effort.closely:
         cause = not_driven(run.conditions, attempt.field, attempt.infeasible)
         return replace(attempt, reason=cause.what, infeasible=cause)
     return attempt
-
-
-def _near_torque_limits(run: Run, field: CostField, attempt: Attempt, objective: str) -> bool:
-    """Whether limits of torque cost a route much beside its metres, or leave none at all.
-
-    The costs of the search are those of even driving for a moment. They hold neither the torque of
-    bends on steep ground, nor rests, nor the mean torque.
-    """
-    route = attempt.route
-    if route is None:
-        return _too_warm(attempt)
-    assert route.motion is not None  # as ``drive`` leaves it
-    if len(route.motion.rests):
-        return True
-    if objective != "energy" or not suggests_detour(
-        run.conditions, _dissipated(run, attempt), _metres(field, attempt)
-    ):
-        return False
-    shares = [use.share for use in route.limits if use.limit.startswith("torque")]
-    return max(shares) >= MOST_TORQUE
-
-
-def _or_gentler(
-    run: Run,
-    field: CostField,
-    attempt: Attempt,
-    objective: str,
-    effort: Effort,
-    margins: Iterable[float],
-) -> Attempt:
-    """A route, or the best of those on gentler slopes while the metres of these cost less."""
-    best = attempt
-    with run.within_budget() as limited:
-        for margin in margins:
-            costs = run.field(objective, margin, field.factor)
-            paths = _paths(limited, costs, objective)
-            if paths is None:
-                break
-            metres = sum(polyline_cost(costs, path, costs.step) for path in paths)
-            if best.route is not None and metres >= _spent(run, best.route, objective):
-                break
-            roughly = sketch(limited, costs, paths, objective, effort)
-            if objective == "energy" and not _may_cost_less(roughly, best):
-                continue
-            found = finished(limited, [roughly], objective, effort, Closely(objective))
-            best = min(best, found, key=lambda one: _value(one, objective))
-    return best
-
-
-def _too_warm(attempt: Attempt) -> bool:
-    """Whether motors that get too warm refused some path."""
-    infeasible = attempt.infeasible
-    return attempt.too_warm or (infeasible is not None and infeasible.too_warm)
-
-
-def _may_cost_less(roughly: Sketch, than: Attempt) -> bool:
-    """Whether a sketch, driven with all care, may come below a route."""
-    one = roughly.best
-    if one is None or than.route is None:
-        return one is not None
-    return one.energy - MOST_SAVED * one.dissipated < than.route.energy_j
-
-
-def _spent(run: Run, route: Route, objective: str) -> float:
-    """What a route takes of an objective, to be compared with the cost of metres."""
-    return dissipated(run, route) if objective == "energy" else route.value(objective)
-
-
-def _value(attempt: Attempt, objective: str) -> float:
-    """What an attempt's route takes of an objective; infinite without one."""
-    return math.inf if attempt.route is None else attempt.route.value(objective)
-
-
-def _with_other_torque(run: Run, attempt: Attempt, effort: Effort) -> Run | None:
-    """The run with a limit of torque that may let a search find what this one did not."""
-    situation = run.situation
-    if run.conditions.lasting:
-        # A short slope may take more than the continuous torque.
-        if not effort.closely or situation.slopes_outlast_heat:
-            return None
-        return replace(run, situation=situation.with_peak_torque())
-    if not _too_warm(attempt):
-        return None
-    # What never exceeds the continuous torque keeps the limit of its mean.
-    return replace(run, situation=situation.with_continuous_torque())
 
 
 def _on_grid(
@@ -249,7 +165,7 @@ def _or_cheaper(
     """
     with run.within_budget() as limited:
         sketching.run = limited
-        while _metres(field, attempt) < _dissipated(run, by_poses):
+        while attempt.metres(field) < by_poses.spent(run, "energy"):
             following = next_caution(caution, attempt)
             if following is None or following.slope_margins != caution.slope_margins:
                 break
@@ -264,19 +180,9 @@ def _or_cheaper(
     return by_poses
 
 
-def _metres(field: CostField, attempt: Attempt) -> float:
-    """Cost of the metres of an attempt's legs, on a field without penalties."""
-    return sum(polyline_cost(field, path, field.step) for path, _ in attempt.legs or [])
-
-
-def _dissipated(run: Run, attempt: Attempt) -> float:
-    """J that an attempt's route takes without what climbing stores."""
-    return math.inf if attempt.route is None else dissipated(run, attempt.route)
-
-
 def _cheaper(*attempts: Attempt) -> Attempt:
     """The attempt whose route takes least energy."""
-    return min(attempts, key=lambda one: _value(one, "energy"))
+    return min(attempts, key=lambda one: one.value("energy"))
 
 
 @dataclass
@@ -323,7 +229,7 @@ class _Sketching:
         best: Sketch | None = None
         while True:
             self.field = caution.field(run, objective)
-            paths = _paths(run, self.field, objective)
+            paths = leg_paths(run, self.field, objective)
             if paths is None:
                 if best is None and self._passes():
                     return
@@ -402,7 +308,7 @@ class _Sketching:
                 break
             near = nearness((driven.motion.x, driven.motion.y), field)
             factor = factor * (1.0 + DETOUR_PENALTY * near)
-            paths = _paths(run, run.field("energy", field.margin, factor), "energy")
+            paths = leg_paths(run, run.field("energy", field.margin, factor), "energy")
             if paths is not None and not any(_same(paths, other) for other in known):
                 known.append(paths)
                 latest = sketch(run, field, paths, "energy")
@@ -464,44 +370,12 @@ def _straight_on(motion: Motion | Infeasible) -> bool:
     )
 
 
-def path_exists(run: Run, field: CostField, objective: str) -> bool:
-    """Whether every leg has a path on the grid."""
-    return _paths(run, field, objective) is not None
-
-
 def near_path_of(run: Run, field: CostField, factor: Array, objective: str) -> Attempt:
     """What the path of other costs comes to with the field's own.
 
     ``factor`` is (ny, nx), on the costs of a metre for the search alone.
     """
-    paths = _paths(run, run.field(objective, field.margin, factor), objective)
+    paths = leg_paths(run, run.field(objective, field.margin, factor), objective)
     if paths is None:
         return Attempt(field)
     return cheapest_near(run, field, paths, objective, ONE_OF_MANY)
-
-
-def _why_not(run: Run, field: CostField, objective: str) -> Infeasible:
-    """What is in the way on the first leg without a path; a via place is named by its number."""
-    places = run.places
-    for number, ends in enumerate(itertools.pairwise(places), 1):
-        if run.situation.path(objective, field, *ends, run.token) is not None:
-            continue
-        found = explain_no_route(run.situation, objective, field, ends, run.request)
-        via = [(place.x, place.y) for place in run.request.via]
-        if number < len(places) - 1 and ends[1] in via:
-            name = f"via[{via.index(ends[1])}] cannot be reached: "
-            return replace(found, what=name + found.what)
-        return found
-    return Infeasible(*places[-1], "no way from start to goal")
-
-
-def _paths(run: Run, field: CostField, objective: str) -> list[Array] | None:
-    """One polyline for each leg from the exhaustive grid, or None if a leg has no path."""
-    run.check()
-    legs = []
-    for a, b in itertools.pairwise(run.places):
-        path = run.situation.path(objective, field, a, b, run.token)
-        if path is None:
-            return None
-        legs.append(path)
-    return legs

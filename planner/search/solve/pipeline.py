@@ -9,16 +9,17 @@ into it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from planner.arrays import Array
-from planner.search.field import CostField
+from planner.search.field import CostField, polyline_cost
 from planner.search.limit_places import Infeasible
 from planner.search.results import Route, price
 from planner.search.run import Run
 from planner.search.situation import not_driven
-from planner.search.solve.descent import descended
+from planner.search.solve.descent import descended, dissipated
 from planner.search.solve.sketch import (
     ANSWER,
     Closely,
@@ -76,6 +77,20 @@ class Attempt:
         if self.route is None or self.legs is None:
             return None
         return Candidate(self.route, source, self.legs)
+
+    def value(self, objective: str) -> float:
+        """What the route takes of an objective; infinite without one."""
+        return math.inf if self.route is None else self.route.value(objective)
+
+    def spent(self, run: Run, objective: str) -> float:
+        """As ``value``, to be compared with ``metres``: without the energy that climbing stores."""
+        if self.route is None or objective != "energy":
+            return self.value(objective)
+        return dissipated(run, self.route)
+
+    def metres(self, field: CostField) -> float:
+        """Cost of the metres of the legs, on a field without penalties."""
+        return sum(polyline_cost(field, path, field.step) for path, _ in self.legs or [])
 
 
 def finished(

@@ -25,7 +25,8 @@ from planner.search.run import Run
 from planner.search.second_core import Later
 from planner.search.solve.anytime import further_candidates
 from planner.search.solve.descent import dissipated
-from planner.search.solve.grid_planner import on_grid, path_exists
+from planner.search.solve.grid_paths import path_exists
+from planner.search.solve.grid_planner import on_grid
 from planner.search.solve.pipeline import Attempt, Candidate, cheapest_near, drive_legs
 from planner.search.solve.sketch import (
     ANSWER,

@@ -27,7 +27,7 @@ from planner.search.resolution import MARGIN, YAW_BINS
 from planner.search.run import Run
 from planner.search.se2 import ANGLE, PoseLimits, PosePath, pose_path
 from planner.search.solve.pipeline import Attempt, finished
-from planner.search.solve.recovery import penalty_near
+from planner.search.solve.recovery.caution import penalty_near
 from planner.search.solve.sketch import (
     WITH_YAW,
     Closely,
@@ -78,7 +78,7 @@ _EAGER_LAST = _EAGER._replace(most_expanded=300_000, beyond=4.0)
 """Somewhat more, while a time budget lasts."""
 SEARCHED_AGAIN = 12
 """Times at most that a path is searched past all poses at which those before break a limit. The
-seventh still finds one for a weak robot (tests/search/solve/test_steep_ground.py)."""
+seventh still finds one for a weak robot (tests/search/solve/recovery/test_steep_ground.py)."""
 FIRST = (
     PoseSearch(MARGIN, _SOON),
     PoseSearch(MARGIN, _HOLDS),

@@ -14,7 +14,7 @@ from planner.search.requests import PlanRequest
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve.pipeline import Attempt
-from planner.search.solve.recovery import (
+from planner.search.solve.recovery.caution import (
     CLEARANCE_PENALTIES,
     PENALISED_PLACES,
     SLOPE_MARGINS,

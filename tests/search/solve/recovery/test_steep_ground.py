@@ -25,11 +25,12 @@ from planner.search.run import Run
 from planner.search.se2 import PoseLimits, PosePath
 from planner.search.se2.hybrid_search import spin_limit
 from planner.search.situation import situation_of
-from planner.search.solve import grid_planner, steep_ground
+from planner.search.solve import grid_planner
 from planner.search.solve.pipeline import Attempt, finished
-from planner.search.solve.recovery import PENALISED_PLACES
+from planner.search.solve.recovery import steep_ground, torque_limits
+from planner.search.solve.recovery.caution import PENALISED_PLACES
+from planner.search.solve.recovery.steep_ground import smoothed_but_for, without
 from planner.search.solve.sketch import ANSWER, Closely, Driven
-from planner.search.solve.steep_ground import smoothed_but_for, without
 from planner.terrain.catalogue import open_map
 from planner.terrain.heightmap import Terrain
 from tests.benchmarks.hard_maps import rolling
@@ -155,7 +156,8 @@ def test_paths_of_poses_that_are_too_warm_ask_for_the_continuous_torque(monkeypa
         closely.known[(b"poses",)] = Infeasible(7.0, 5.0, "motors", limit=limit)
         return Attempt(sketches[0].field, legs=[], infeasible=stuck)
 
-    monkeypatch.setattr(grid_planner, "finished", refused)
+    for module in (grid_planner, torque_limits):
+        monkeypatch.setattr(module, "finished", refused)
     monkeypatch.setattr(grid_planner, "straight_up", lambda *args: None)
     assert grid_planner.on_grid(run, run.field("energy"), "energy").route is None
     limits = run.conditions.model.vehicle.limits
