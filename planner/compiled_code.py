@@ -10,8 +10,9 @@ from it.
 
 ``JOULEPATH_CACHE_DIR`` moves the folder. ``NUMBA_CACHE_DIR``, where set, leaves all to numba.
 
-Two things let numba itself compile in less time. Garbage is collected seldom meanwhile, and
-numba's options are compared by what is set in them. What is compiled is the same.
+Three things let numba itself compile in less time. Garbage is collected seldom meanwhile, numba's
+options are compared by what is set in them, and a call of a built-in function is resolved once for
+all kernels of a process. What is compiled is the same.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from numba import njit as njit
 from numba.core import event
 from numba.core.caching import CacheImpl
 from numba.core.targetconfig import TargetConfig
+from numba.core.types.functions import Function
 
 from planner.code_cache import code_folder
 
@@ -121,9 +123,29 @@ def same_options(one: Any, other: Any) -> Any:
     )
 
 
+_resolved: dict[tuple[int, int, Any], tuple[Any, Any]] = {}
+_resolve = Function.get_call_type
+
+
+def resolved_once(function: Any, context: Any, args: Any, kws: Any) -> Any:
+    """The signature that a call of a built-in function has with arguments of these types.
+
+    numba asks the function's templates in turn, for each ``+`` and each index anew, and words an
+    error for each that does not fit. The first that fits is always the same.
+    """
+    if kws:
+        return _resolve(function, context, args, kws)
+    key = id(function), id(context), args
+    if key not in _resolved:
+        # With the function itself, so that no other one is given its number.
+        _resolved[key] = function, _resolve(function, context, args, kws)
+    return _resolved[key][1]
+
+
 CacheImpl._locator_classes.insert(0, ContentLocator)
 event.register("numba:compile", SeldomCollected())  # type: ignore[no-untyped-call]
 if "_values" in TargetConfig.__slots__:  # numba may change
     TargetConfig.__eq__ = same_options  # type: ignore[method-assign]
     # numba hashes the options' names, which all sets of a class share.
     TargetConfig.__hash__ = lambda options: hash(type(options))  # type: ignore[method-assign]
+Function.get_call_type = resolved_once  # type: ignore[assignment, method-assign]

@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numba import types
 from numba.core import event
 from numba.core.compiler import Flags
 from numba.core.errors import TypingError
+from numba.extending import lower_builtin, type_callable
 
 from planner.code_cache import code_folder
 from planner.compiled_code import OBJECTS_BEFORE_COLLECTION, ContentLocator, njit
@@ -146,3 +148,36 @@ def test_options_of_numba_agree_where_all_their_values_do(
     assert (first == second) is (second == first) is agree
     assert not agree or hash(first) == hash(second)
     assert first != "Flags"
+
+
+def test_a_call_of_a_built_in_function_is_resolved_once_for_each_type() -> None:
+    asked = []
+
+    def same(value: float) -> float:
+        return value
+
+    @type_callable(same)
+    def typed(context: object) -> object:
+        def of(value: object) -> object:
+            asked.append(value)
+            return value
+
+        return of
+
+    @lower_builtin(same, types.Any)
+    def lowered(
+        context: object, builder: object, signature: object, values: list[object]
+    ) -> object:
+        return values[0]
+
+    @njit
+    def once(value: float) -> float:
+        return same(value) + 1
+
+    @njit
+    def thrice(value: float) -> float:
+        return same(value) + same(value) + same(value)
+
+    assert (once(0.5), thrice(0.5), once(2), thrice(2)) == (1.5, 1.5, 3, 6)
+    assert isinstance(thrice(2), int)
+    assert asked == [types.float64, types.int64]
