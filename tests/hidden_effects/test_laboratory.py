@@ -259,6 +259,7 @@ def test_what_a_filter_shows_after_a_gap_is_known_but_for_what_it_carries(hidden
     assert np.abs(rest).max() < 0.05 * np.abs(left).max()
 
 
+@pytest.mark.nightly
 def test_an_oracle_knows_what_a_mechanism_adds(tmp_path: Path) -> None:
     log = draw("outside", "idling_bridge", 3658, "tuning", tmp_path)
     size = np.sqrt(np.mean(log.truth.outside_power**2)) / np.mean(log.truth.clean_power)

@@ -113,7 +113,10 @@ def test_a_power_beyond_the_motors_is_in_another_unit(motion, base):
     assert beyond_motors(log, base) == ()
 
 
-@pytest.mark.parametrize(("factor", "unit", "rows"), [(1e-3, "kW", 440), (1e3, "mW", 1540)])
+@pytest.mark.parametrize(
+    ("factor", "unit", "rows"),
+    [(1e-3, "kW", 440), pytest.param(1e3, "mW", 1540, marks=pytest.mark.nightly)],
+)
 def test_another_unit_is_said_and_nothing_is_claimed(motion, base, factor, unit, rows):
     log = measured(motion.take(slice(0, rows)), base, 0.02, seed=7)
     found = diagnose(replace(log, power=factor * log.power), base)

@@ -85,6 +85,7 @@ def test_what_a_robot_does_is_named_beside_noise_of_a_tilt_sensor(
     assert found.outside.quantities == ("yaw_rate",)
 
 
+@pytest.mark.nightly
 def test_what_noise_of_the_speeds_blurs_is_in_the_intervals(swaying: Telemetry) -> None:
     """Noise of a speed near rest spreads friction at rest over more of it, so that less is seen."""
     true = {"strength": 2.0, "stiction_speed": 0.05}

@@ -107,7 +107,7 @@ def test_what_fades_with_speed_is_no_stiction(motion, base):
     assert found.after.heldout_rmse_w < 1.15 * found.baseline.noise_floor_w
 
 
-@pytest.mark.parametrize("place", [0.4, 0.55])
+@pytest.mark.parametrize("place", [0.4, pytest.param(0.55, marks=pytest.mark.nightly)])
 def test_what_rises_from_a_speed_on_is_no_air(motion, base, place):
     """A resonance that sets in, or a fan behind the motors: a bump and a drag would follow it."""
     speed = motion_axes(motion.rows)["speed"]
@@ -127,8 +127,7 @@ def test_what_rises_from_a_speed_on_is_no_air(motion, base, place):
     ("order", "power"),
     [
         (4, 0),
-        (1, 1),
-        *(pytest.param(*both, marks=pytest.mark.nightly) for both in ((1, 0), (4, 1))),
+        *(pytest.param(*both, marks=pytest.mark.nightly) for both in ((1, 0), (1, 1), (4, 1))),
     ],
 )
 def test_a_harmonic_of_the_heading_gets_its_own_formula(motion, base, order, power):

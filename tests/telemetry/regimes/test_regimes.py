@@ -121,7 +121,9 @@ def test_standing_still_is_a_regime_of_its_own():
 # What noise alone gives. Every log is drawn anew; 5 of 100 may be taken in by it.
 
 
-@pytest.mark.parametrize("kind", ["white", "correlated", "runs", "one run"])
+@pytest.mark.parametrize(
+    "kind", ["white", "correlated", pytest.param("runs", marks=pytest.mark.nightly), "one run"]
+)
 def test_noise_alone_gives_no_regimes(kind):
     alarms = 0
     for seed in range(100):

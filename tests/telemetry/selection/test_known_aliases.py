@@ -59,6 +59,7 @@ def test_uneven_wheels_are_named_without_a_tie(unweighed: Path) -> None:
     assert named.indistinguishable_from == ()
 
 
+@pytest.mark.nightly
 def test_uneven_wheels_in_the_pattern_of_an_offset_may_be_one(tmp_path: Path) -> None:
     robot = VirtualRobot("minibalance", hidden={UNEVEN: {"excess": [0.3, 0.3, -0.3, -0.3]}}, seed=4)
     robot.drive("rich", noise=Noise(level=0.02), sensors=NO_MASS).write_csv(tmp_path / "log.csv")
