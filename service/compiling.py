@@ -36,9 +36,9 @@ def _route() -> None:
 def _model() -> None:
     from planner.power.model import PowerModel
     from planner.power.vehicles import load_vehicle
+    from service.workbench import compile_for_planning
 
-    model = PowerModel.from_vehicle(load_vehicle("minibalance"))
-    model.kernel, model.limits_kernel  # noqa: B018
+    compile_for_planning(PowerModel.from_vehicle(load_vehicle("minibalance")))
 
 
 QUESTIONS: Mapping[str, tuple[Callable[[], None], str]] = {

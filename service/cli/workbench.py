@@ -24,7 +24,7 @@ from service import documents
 from service.cli.model_files import read_definition
 from service.cli.tables import tell
 from service.cli.terminal import Json, Report, Verbose, check_places, working
-from service.workbench import effects_to_adopt, starting_model
+from service.workbench import compile_for_planning, effects_to_adopt, starting_model
 
 Log = Annotated[
     Path, typer.Argument(metavar="LOG", help="CSV (also gzipped), Parquet or rosbag2 recording.")
@@ -184,7 +184,10 @@ def _found(
     """Result of a function of the planner that starts from a vehicle or a saved model."""
     with working() as how:
         start = starting_model(vehicle, model, prefix="--")
-        return getattr(planner, verb)(*given, start, mapping=mapping, **how)
+        found = getattr(planner, verb)(*given, start, mapping=mapping, **how)
+        if verb == "adopt":
+            compile_for_planning(found.model, **how)
+        return found
 
 
 def _write_report(found: Any, report: Path | None, title: str) -> None:

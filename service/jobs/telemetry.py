@@ -29,7 +29,7 @@ from service.documents import finite, model_text, strict
 from service.jobs.outcomes import Adopted
 from service.jobs.process import report as tell
 from service.jobs.tasks import Task
-from service.workbench import effects_to_adopt, starting_model
+from service.workbench import compile_for_planning, effects_to_adopt, starting_model
 
 DEMO_VEHICLE, DEMO_HIDDEN = "minibalance", {"air_drag": {"size": 0.1}}
 """Robot of the demo log, and what its base model does not know: drag area, m²."""
@@ -83,6 +83,7 @@ def adopt(task: Task) -> Adopted:
     """Adoption.to_json() and the new version."""
     effects = effects_to_adopt(task.effects, task.definition)
     found = _asked(planner.adopt, task, effects)
+    compile_for_planning(found.model, tell)
     return Adopted(_document(found, task), model_text(found.model))
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +16,7 @@ import pytest
 import planner
 import planner.report
 from planner.errors import Cancelled, LogError
+from planner.power.kernels.compiler import compile_kernel
 from planner.power.model import PowerModel
 from planner.power.vehicles import load_vehicle
 from service import cli
@@ -147,6 +150,17 @@ def test_adopt_writes_the_new_version(
     assert f"wrote {out}" in captured.err
 
 
+def test_no_route_waits_for_the_code_of_an_adopted_model(stand_in: Planner, tmp_path: Path) -> None:
+    out = tmp_path / "m2.json"
+    verb = ["air_drag", "drive.csv", "--vehicle", "minibalance", "--out", str(out)]
+    compile_kernel.cache_clear()
+    assert cli.run(["adopt", *verb]) == 0
+    compiled = compile_kernel.cache_info().misses
+    model = PowerModel.load(out)
+    assert model.kernel.name != model.limits_kernel.name
+    assert compile_kernel.cache_info().misses == compiled
+
+
 def test_adopt_takes_everything_diagnosed(stand_in: Planner, tmp_path: Path) -> None:
     out = ["--out", str(tmp_path / "m2.json")]
     assert cli.run(["adopt", "diagnosed", "drive.csv", "--vehicle", "minibalance", *out]) == 0
@@ -243,6 +257,19 @@ def test_a_refusal_of_the_planner_is_exit_2(
     captured = capsys.readouterr()
     assert captured.out == ""
     assert "has no column 'power'" in captured.err
+
+
+def test_cancelling_while_the_new_model_compiles_writes_nothing(
+    stand_in: Planner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(model: PowerModel) -> None:
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(PowerModel, "limits_kernel", property(interrupted))
+    out = tmp_path / "m2.json"
+    verb = ["adopt", "air_drag", "drive.csv", "--vehicle", "minibalance", "--out", str(out)]
+    assert cli.run(verb) == 1
+    assert not out.exists()
 
 
 @pytest.mark.parametrize("error", [Cancelled("by the caller"), KeyboardInterrupt()])
