@@ -2,6 +2,7 @@
 
     python -m service.compiling         # what `make setup` and the container's build run
     compile_once(show_on_stderr)        # before a command that plans: nothing to do the second time
+    compile_for_planning(adopted)       # after an adoption
 
 A first plan in one process compiles for a minute. Here modules with compiled code are imported side
 by side, each after those that it imports; then small questions are answered, which compiles what
@@ -17,8 +18,10 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from contextlib import suppress
 from importlib import import_module
+from typing import Any
 
 from planner.code_cache import cache_base, compiled_modules, is_compiled, state
+from planner.errors import Cancelled
 from service.lifetime import end_with_parent
 
 MOST_PROCESSES = 4
@@ -36,7 +39,6 @@ def _route() -> None:
 def _model() -> None:
     from planner.power.model import PowerModel
     from planner.power.vehicles import load_vehicle
-    from service.workbench import compile_for_planning
 
     compile_for_planning(PowerModel.from_vehicle(load_vehicle("minibalance")))
 
@@ -70,6 +72,30 @@ def compile_once(say: Callable[[int, int], None], least_missing: float = MANY_MI
     with suppress(OSError):  # looked at again next time
         mark.touch()
     return True
+
+
+def compile_for_planning(
+    model: Any,
+    progress: Callable[[float, str], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> None:
+    """Compile what the first route of a new model would wait for; it is kept on disk.
+
+    Args:
+        model: a PowerModel.
+        progress: called with the share done and a sentence.
+        cancelled: asked before each kernel and after the last.
+
+    Raises:
+        Cancelled: ``cancelled`` said so.
+    """
+    if progress is not None:
+        progress(1.0, "compiling the new model")
+    for kernel in ("kernel", "limits_kernel", ""):
+        if cancelled is not None and cancelled():
+            raise Cancelled("cancelled by the caller")
+        if kernel:
+            getattr(model, kernel)
 
 
 def needs() -> dict[str, set[str]]:

@@ -1,19 +1,18 @@
 """Arguments of the workbench's verbs, the same on the command line and in a worker.
 
     compare(log, starting_model(vehicle="minibalance", model=None))
-    found = adopt(effects_to_adopt(["tow"], definition), log, …)
-    compile_for_planning(found.model)
+    adopt(effects_to_adopt(["tow"], definition), log, …)
 
 Imports of the planner stand inside the functions, so that this module costs nothing to load.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from planner.errors import Cancelled, RequestError
+from planner.errors import RequestError
 
 DIAGNOSED = "diagnosed"
 """Stands for all effects that the diagnosis selects and proposes."""
@@ -85,27 +84,3 @@ def effects_to_adopt(
             accepted=f"{custom.slug}, alone or among others",
         )
     return [custom if name == custom.slug else name for name in named or [custom.slug]]
-
-
-def compile_for_planning(
-    model: Any,
-    progress: Callable[[float, str], None] | None = None,
-    cancelled: Callable[[], bool] | None = None,
-) -> None:
-    """Compile what the first route of a new model would wait for; it is kept on disk.
-
-    Args:
-        model: a PowerModel.
-        progress: called with the share done and a sentence.
-        cancelled: asked before each kernel and after the last.
-
-    Raises:
-        Cancelled: ``cancelled`` said so.
-    """
-    if progress is not None:
-        progress(1.0, "compiling the new model")
-    for kernel in ("kernel", "limits_kernel", ""):
-        if cancelled is not None and cancelled():
-            raise Cancelled("cancelled by the caller")
-        if kernel:
-            getattr(model, kernel)

@@ -24,7 +24,8 @@ from service import documents
 from service.cli.model_files import read_definition
 from service.cli.tables import tell
 from service.cli.terminal import Json, Report, Verbose, check_places, working
-from service.workbench import compile_for_planning, effects_to_adopt, starting_model
+from service.compiling import compile_for_planning
+from service.workbench import effects_to_adopt, starting_model
 
 Log = Annotated[
     Path, typer.Argument(metavar="LOG", help="CSV (also gzipped), Parquet or rosbag2 recording.")

@@ -25,11 +25,12 @@ from planner.power.saved import ACCEPTED
 from planner.report.workbench import as_html
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.virtual import Noise, VirtualRobot
+from service.compiling import compile_for_planning
 from service.documents import finite, model_text, strict
 from service.jobs.outcomes import Adopted
 from service.jobs.process import report as tell
 from service.jobs.tasks import Task
-from service.workbench import compile_for_planning, effects_to_adopt, starting_model
+from service.workbench import effects_to_adopt, starting_model
 
 DEMO_VEHICLE, DEMO_HIDDEN = "minibalance", {"air_drag": {"size": 0.1}}
 """Robot of the demo log, and what its base model does not know: drag area, m²."""
