@@ -94,9 +94,9 @@ def _regular(log: Telemetry) -> tuple[float, ...]:
     longest = max(log.time[stop - 1] - log.time[start] for start, stop in runs)
     count = 1 << int(np.ceil(np.log2(2.0 * longest / step + 2.0)))
     total, chance = np.zeros(count // 2 + 1), 1e-300
-    for start, stop in runs:
-        change = _changes(log, start, stop)
-        place = np.rint((log.time[start:stop] - log.time[start]) / step).astype(np.int64)
+    changes = [(log.time[start:stop], _changes(log, start, stop)) for start, stop in runs]
+    for time, change in changes:
+        place = np.rint((time - time[0]) / step).astype(np.int64)
         line = np.bincount(np.clip(place, 0, count - 1), change, minlength=count)
         total += np.abs(np.fft.rfft(line)) ** 2
         chance += float(change @ change)
@@ -109,22 +109,21 @@ def _regular(log: Telemetry) -> tuple[float, ...]:
         return ()
     # Over a long run a small error of the period adds up.
     near = (peak + np.linspace(-1.0, 1.0, NEAR_PEAK)) / (count * step)
-    fine = near[np.argmax([_power(log, runs, each) for each in near])]
+    fine = near[np.argmax([_power(changes, each) for each in near])]
     periods = np.arange(1, MOST_MULTIPLE + 1) / fine
     return tuple(
         float(p)
         for p in periods
         # All harmonics of a long hold are peaks, the first one too.
-        if p <= LONGEST_HOLD * interval or _power(log, runs, 1.0 / p) > LEAST_POWER * chance
+        if p <= LONGEST_HOLD * interval or _power(changes, 1.0 / p) > LEAST_POWER * chance
     )
 
 
-def _power(log: Telemetry, runs: list[tuple[int, int]], frequency: float) -> float:
-    """W⁴, of the changes of runs at a frequency in Hz."""
+def _power(changes: list[tuple[Array, Array]], frequency: float) -> float:
+    """W⁴, of the changes of runs, (m,) s and (m,) W² each, at a frequency in Hz."""
     total = 0.0
-    for start, stop in runs:
-        wave = np.exp(2j * np.pi * frequency * log.time[start:stop])
-        total += abs(complex(_changes(log, start, stop) @ wave)) ** 2
+    for time, change in changes:
+        total += abs(complex(change @ np.exp(2j * np.pi * frequency * time))) ** 2
     return total
 
 
