@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 
 from planner.quantities import STANDARD_GRAVITY
 from planner.search.field import polyline_cost
-from planner.search.limit_places import Infeasible
 from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.solve.sketch import Closely, Driven, Sketch, with_costs
@@ -40,7 +39,7 @@ def descended(
     with run.within_budget() as limited:
         for one, of in _worth_descent(moving, found):
             limited.check()
-            if wary and isinstance(closely.drive(limited, one.legs, of), Infeasible):
+            if wary and closely.stopped(limited, one.legs, of):
                 continue
             legs = [path for path, _ in one.legs]
             better = optimise_waypoints(

@@ -33,6 +33,8 @@ WITH_YAW = {2.0: (1.0,), 4.0: (1.0,)}
 """The same for a path with yaw angles, which is left close to itself."""
 HASTILY = ROUGHLY._replace(every_end=False)
 """How a path is driven roughly where nobody asks for another one past what is in the way."""
+UNREFINED = CLOSELY._replace(refined=0)
+"""How a path is driven to see whether it can be driven closely: the rest only saves energy."""
 Legs = list[tuple[Array, float]]
 """A polyline (k, 2) from one fixed place to the next, and its cost, for each leg."""
 
@@ -125,10 +127,31 @@ def sketch(
 
 @dataclass
 class Closely:
-    """Legs driven with all care for an objective, each only once."""
+    """Legs driven with all care for an objective, each only once.
+
+    Attributes:
+        objective: "energy", "time" or "length".
+        known: content of legs → their motion, or why there is none.
+        passable: content of legs that have a motion, which nobody asked for yet.
+    """
 
     objective: str
     known: dict[tuple[bytes, ...], Motion | Infeasible] = field(default_factory=dict)
+    passable: set[tuple[bytes, ...]] = field(default_factory=set)
+
+    def stopped(self, run: Run, legs: Legs, of: Sketch) -> Infeasible | None:
+        """Why legs of a sketch cannot be driven with all care, in a fraction of its time."""
+        key = _content(legs)
+        if key not in self.known and key not in self.passable:
+            motion = trajectory(run, of.field, legs, self.objective, refined=False)
+            if isinstance(motion, Motion):
+                self.passable.add(key)
+            elif not motion.too_warm:  # a refined motion may be cooler
+                self.known[key] = motion
+        if key in self.passable:
+            return None
+        found = self.drive(run, legs, of)
+        return found if isinstance(found, Infeasible) else None
 
     def drive(self, run: Run, legs: Legs, of: Sketch) -> Motion | Infeasible:
         """The motion along legs of a sketch."""
@@ -209,19 +232,22 @@ def trajectory(
     effort: Effort = ANSWER,
     *,
     closely: bool = True,
+    refined: bool = True,
 ) -> Motion | Infeasible:
     """The motion along legs, or where it is infeasible.
 
     Without ``closely``, limits are checked between samples only where nothing is driven closely.
+    Without ``refined``, what is driven closely may take somewhat more energy.
     """
     run.check()
     field, conditions = run.situation.to_drive(field, objective)
+    care = CLOSELY if refined else UNREFINED
     return move(
         field,
         conditions,
         [path for path, _ in legs],
         run.yaws,
-        care=CLOSELY if closely else ROUGHLY if effort.patient else HASTILY,
+        care=care if closely else ROUGHLY if effort.patient else HASTILY,
         checked=closely or not effort.closely,
         check=run.check,
     )

@@ -168,7 +168,7 @@ def _move(
     if touched >= 0:
         x, y = motion.x[touched], motion.y[touched]
         return Infeasible(float(x), float(y), "the body touches something", True)
-    if not checked:
+    if not checked or not care.refined:
         return motion
     wanted = zip(roomy.marks, free_or_one, strict=True)
     fixed = np.isin(np.arange(len(roomy.points)), [mark for mark, one in wanted if one is not None])

@@ -15,7 +15,16 @@ from planner.search.results import Route
 from planner.search.run import Run
 from planner.search.situation import situation_of
 from planner.search.solve.pipeline import cheapest_near, drive_legs, finished
-from planner.search.solve.sketch import ANSWER, BASELINE, ONE_OF_MANY, sketch, with_costs
+from planner.search.solve.sketch import (
+    ANSWER,
+    BASELINE,
+    ONE_OF_MANY,
+    Closely,
+    Sketch,
+    sketch,
+    with_costs,
+)
+from planner.search.trajectory import Motion
 from planner.search.trajectory.limit_checks import broken_limits
 from tests.search.maps import drawn, hills, terrain
 
@@ -60,6 +69,22 @@ def test_more_effort_is_no_worse_than_rough_motions_scatter(run, path):
     )
     # Waypoints are moved by rough motions, before the yaw is refined.
     assert answer <= 1.0005 * one
+
+
+@pytest.mark.parametrize(("degrees", "passes"), [(4.0, True), (9.0, True), (14.0, False)])
+def test_what_stops_a_path_is_known_before_it_is_driven_with_all_care(monkeypatch, degrees, passes):
+    """On gentle hills nothing does, on steep ones a limit; nothing is driven twice."""
+    run = asked(terrain(hills(96, rms_degrees=degrees)))
+    field = run.field("energy")
+    legs = with_costs(field, [np.array([START, (12.0, 8.0), GOAL])])
+    of, closely = Sketch(field, [], ()), Closely("energy")
+    stopped = closely.stopped(run, legs, of)
+    found = closely.drive(run, legs, of)
+    assert (stopped is None) == isinstance(found, Motion) == passes
+    assert passes or stopped == Closely("energy").drive(run, legs, of)
+    monkeypatch.setattr("planner.search.solve.sketch.move", None)
+    assert closely.stopped(run, legs, of) == stopped
+    assert closely.drive(run, legs, of) is found
 
 
 def test_smoothing_beats_driving_the_grids_corners(run, path):

@@ -142,6 +142,8 @@ def straight_up(
             attempt = finished(run, [found], objective, effort, closely)
             if attempt.route is not None:
                 return attempt
+            assert attempt.infeasible is not None  # it has no route
+            driven.append(Driven([], attempt.infeasible))
         for one in driven:
             if not isinstance(one.motion, Infeasible):
                 continue
@@ -174,8 +176,8 @@ def _as_it_is(
     driven = driven_roughly(run, field, with_costs(field, paths), objective)
     if isinstance(driven.motion, Infeasible):
         return driven
-    close = closely.drive(run, driven.legs, Sketch(field, list(paths), (driven,)))
-    return Driven(driven.legs, close) if isinstance(close, Infeasible) else driven
+    stopped = closely.stopped(run, driven.legs, Sketch(field, list(paths), (driven,)))
+    return driven if stopped is None else Driven(driven.legs, stopped)
 
 
 def leg_poses(
@@ -225,10 +227,10 @@ def smoothed_where_it_moves(
         driven = driven_roughly(run, field, with_costs(field, smoothed), objective)
         refused = driven.motion
         if not isinstance(refused, Infeasible):
-            close = closely.drive(run, driven.legs, Sketch(field, paths, (driven,)))
-            if not isinstance(close, Infeasible):
+            stopped = closely.stopped(run, driven.legs, Sketch(field, paths, (driven,)))
+            if stopped is None:
                 return driven
-            refused = close
+            refused = stopped
             if refused.too_warm:
                 break  # no smoothing cools them
         before = sum(int(kept.sum()) for kept in held)
