@@ -2,6 +2,9 @@
 
     LinearHeldout(log, examination).rmse(columns)
 
+The model's own columns are fitted once for each fold, to the residual and to all other columns.
+What another column explains beyond them is then a system of its own size (a Schur complement).
+
 Where rows weigh evenly in the fits (Noise.even_w), they do so here, too, if that predicts better:
 errors of whitened rows alone would be larger than those of the fits, and a floor as well.
 """
@@ -9,12 +12,12 @@ errors of whitened rows alone would be larger than those of the fits, and a floo
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.telemetry.evidence import Examination, solve
 from planner.telemetry.holdout.heldout import fold_numbers, rms
 from planner.telemetry.logs import Telemetry
@@ -36,6 +39,18 @@ class _Sums(NamedTuple):
     parts: dict[int, Array]
 
 
+class _Outside(NamedTuple):
+    """The first columns fitted to the rows outside a fold.
+
+    Attributes:
+        gram: (columns, columns) products of these rows.
+        found: (first columns, columns) coefficients that fit each column and the residual.
+    """
+
+    gram: Array
+    found: Array
+
+
 class LinearHeldout:
     """Held-out errors of many sets of columns, linear around one examination.
 
@@ -53,7 +68,7 @@ class LinearHeldout:
         counts = (
             (competitors.first_given,) if exact else (competitors.first_given, competitors.tangent)
         )
-        self.tangents = [list(range(count)) for count in counts]
+        self.counts = counts
         self.folds = fold_numbers(log)
         library = competitors.library
         self.prior = Prior.of(library.held_model, library.places).precision
@@ -65,6 +80,10 @@ class LinearHeldout:
             parts = [white[self.folds == fold].T @ white[self.folds == fold] for fold in each]
             total = np.sum(parts, axis=0) + np.diag(self._known(evenly=True))
             self.sums.append(_Sums(total, dict(zip(each.tolist(), parts, strict=True))))
+        self.rows = {fold: np.flatnonzero(self.folds == fold) for fold in each.tolist()}
+        own = examination.raw[:, : max(counts)]
+        self.own = {fold: own[rows] for fold, rows in self.rows.items()}
+        self.outside: dict[tuple[int, int, int], _Outside] = {}
 
     def rmse(self, columns: Sequence[int]) -> float:
         """W, of the model with some columns."""
@@ -72,17 +91,49 @@ class LinearHeldout:
 
     def residual_with(self, columns: Sequence[int]) -> Array:
         """(n,) W, held-out, of the model with some columns."""
-        choices = itertools.product(self.tangents, self.sums)
-        return min((self._with([*own, *columns], sums) for own, sums in choices), key=rms)
+        at = np.array(columns, np.int64)
+        choices = itertools.product(self.counts, range(len(self.sums)))
+        return min((self._with(count, at, number) for count, number in choices), key=rms)
 
-    def _with(self, columns: Sequence[int], given: _Sums) -> Array:
-        at, residual = np.array(columns), self.examination.evidence.residual
+    def _with(self, count: int, columns: Integers, number: int) -> Array:
+        """(n,) W, held-out, of the first columns and others, by the sums of a number."""
+        raw, whole = self.examination.raw, self.sums[number].total.diagonal()
+        residual = self.examination.evidence.residual
+        left = np.empty(len(self.folds))
+        for fold, rows in self.rows.items():
+            gram, found = self._outside(count, number, fold)
+            seen = columns[gram.diagonal()[columns] > LEAST_LEFT * whole[columns]]
+            asked = np.append(seen, residual)
+            beyond = gram[np.ix_(seen, asked)] - gram[seen, :count] @ found[:, asked]
+            ridge = HELD_OUT_RIDGE * np.diag(gram.diagonal()[seen])
+            share = solve(beyond[:, :-1] + ridge, beyond[:, -1], 0.0)
+            own = found[:, residual] - found[:, seen] @ share
+            explained = self.own[fold][:, :count] @ own + raw[np.ix_(rows, seen)] @ share
+            left[rows] = self.examination.residual[rows] - explained
+        return left
 
-        def sums(fold: int) -> tuple[Array, Array]:
+    def _outside(self, count: int, number: int, fold: int) -> _Outside:
+        """The first columns fitted to the rows outside a fold, by the sums of a number."""
+        key = count, number, fold
+        if key not in self.outside:
+            given = self.sums[number]
             gram = given.total - given.parts[fold]
-            return gram[np.ix_(at, at)], gram[at, residual]
+            prior = self._prior(count)
+            # What moves in this fold alone, the other rows do not show.
+            shown = gram.diagonal()[:count] > LEAST_LEFT * given.total.diagonal()[:count]
+            at = np.flatnonzero(shown | (prior.diagonal() > 0.0))
+            found = np.zeros((count, len(gram)))
+            own = np.ix_(at, at)
+            found[at] = solve(gram[own] + prior[own], gram[at], HELD_OUT_RIDGE)
+            self.outside[key] = _Outside(gram, found)
+        return self.outside[key]
 
-        return self._held_out(self.examination.raw[:, at], np.diag(given.total)[at], sums)
+    def _prior(self, count: int) -> Array:
+        """(count, count) precision of the first columns before the log."""
+        prior = np.zeros((count, count))
+        own = range(len(self.prior))
+        prior[np.ix_(own, own)] = self.prior
+        return prior
 
     def residual_beside(self, more: Array, given: Sequence[int] = ()) -> Array:
         """(n,) W, held-out, of the model with columns that were not examined.
@@ -91,8 +142,8 @@ class LinearHeldout:
             more: (n, k) W per unit.
             given: columns of the examination that stand beside them.
         """
-        choices = itertools.product(self.tangents, (False, True)[: len(self.sums)])
-        each = (self._beside([*own, *given], more, evenly) for own, evenly in choices)
+        choices = itertools.product(self.counts, (False, True)[: len(self.sums)])
+        each = (self._beside([*range(own), *given], more, evenly) for own, evenly in choices)
         return min(each, key=rms)
 
     def _beside(self, columns: Sequence[int], more: Array, evenly: bool) -> Array:
@@ -101,12 +152,16 @@ class LinearHeldout:
         white = self._weighted(raw, evenly)
         known = np.zeros(raw.shape[1])
         known[: len(columns)] = self._known(evenly)[columns]
-
-        def sums(fold: int) -> tuple[Array, Array]:
+        whole, prior = (white[:, :-1] ** 2).sum(axis=0) + known, self._prior(len(known))
+        left = np.empty(len(self.folds))
+        for fold, held in self.rows.items():
             own = white[self.folds != fold]
-            return own[:, :-1].T @ own[:, :-1] + np.diag(known), own[:, :-1].T @ own[:, -1]
-
-        return self._held_out(raw, (white[:, :-1] ** 2).sum(axis=0) + known, sums)
+            gram = own[:, :-1].T @ own[:, :-1] + np.diag(known)
+            at = np.flatnonzero((gram.diagonal() > LEAST_LEFT * whole) | (prior.diagonal() > 0.0))
+            square = (gram + prior)[np.ix_(at, at)]
+            found = solve(square, own[:, at].T @ own[:, -1], HELD_OUT_RIDGE)
+            left[held] = examination.residual[held] - raw[np.ix_(held, at)] @ found
+        return left
 
     def _known(self, evenly: bool) -> Array:
         """(columns,) what is known of each coefficient before the log."""
@@ -122,24 +177,3 @@ class LinearHeldout:
         even_w = examination.noise.even_w
         residual = clipped(examination.residual, np.full(len(columns), even_w))
         return np.column_stack([columns, residual]) / even_w
-
-    def _held_out(
-        self, raw: Array, whole: Array, sums: Callable[[int], tuple[Array, Array]]
-    ) -> Array:
-        """(n,) W, held-out, of columns (n, k) with squares (k,); ``sums`` are those of a fold."""
-        prior = np.zeros((len(whole), len(whole)))
-        own = range(len(self.prior))
-        prior[np.ix_(own, own)] = self.prior
-        left = np.empty(len(self.folds))
-        for fold in self.sums[0].parts:
-            gram, right = sums(fold)
-            # What moves in this fold alone, the other rows do not show.
-            seen = np.diag(gram) > LEAST_LEFT * whole
-            seen |= np.diag(prior) > 0.0
-            found = np.zeros(len(whole))
-            found[seen] = solve(
-                gram[np.ix_(seen, seen)] + prior[np.ix_(seen, seen)], right[seen], HELD_OUT_RIDGE
-            )
-            held = self.folds == fold
-            left[held] = self.examination.residual[held] - raw[held] @ found
-        return left
