@@ -13,7 +13,7 @@ from dataclasses import replace
 
 from planner.progress import Progress
 from planner.telemetry.holdout import rms, supports
-from planner.telemetry.selection.selection_loop import Found
+from planner.telemetry.selection.found import Found
 
 
 def without_unsupported(found: Found, watch: Progress) -> Found:

@@ -16,7 +16,7 @@ from planner.telemetry.logs import same_meter
 from planner.telemetry.noise import strongest_columns
 from planner.telemetry.other_terms import Dictionary
 from planner.telemetry.prediction import Readings
-from planner.telemetry.selection.selection_loop import Found
+from planner.telemetry.selection.found import Found
 
 
 def with_meter_beside_steps(found: Found, search: Callable[..., Found]) -> Found:

@@ -24,8 +24,8 @@ from planner.telemetry.holdout import (
     supports,
 )
 from planner.telemetry.noise import counted
+from planner.telemetry.selection.found import Found
 from planner.telemetry.selection.select_effects import RankedTerm
-from planner.telemetry.selection.selection_loop import Found
 from planner.telemetry.selection.subset_search import Member
 from planner.telemetry.terms import Addition
 

@@ -16,13 +16,10 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.selection.backward_elimination import without_unsupported
 from planner.telemetry.selection.beside_steps import with_meter_beside_steps
+from planner.telemetry.selection.found import Found
 from planner.telemetry.selection.known_aliases import with_known_aliases
 from planner.telemetry.selection.select_effects import with_robust_probabilities
-from planner.telemetry.selection.selection_loop import (
-    Extra,
-    Found,
-    investigate,
-)
+from planner.telemetry.selection.selection_loop import Extra, investigate
 
 
 def find_missing_effects(
