@@ -32,6 +32,7 @@ from planner.telemetry.logs import (
     pieces_of,
 )
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
+from planner.telemetry.sampling.even_clock import has_uneven_clock, with_even_clock
 from planner.telemetry.sampling.late_odometry import (
     has_tilt,
     with_earlier_tilt,
@@ -89,6 +90,8 @@ class LogSource:
         tilt_filter: s, time constant by which they follow an accelerometer, 0 for none; what it
             makes of accelerations is not in ``sample`` and chunks.
         rested: whether that filter felt nothing before each run.
+        even: whether rows stand at the even moments at which they were measured, not at those at
+            which they arrived.
     """
 
     sample: Telemetry
@@ -106,6 +109,7 @@ class LogSource:
     tilt_lag: float = 0.0
     tilt_filter: float = 0.0
     rested: bool = False
+    even: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -153,6 +157,12 @@ class LogSource:
     def with_meter(self, meter: Meter | None) -> LogSource:
         """The same log, its power read from a meter."""
         return replace(self, sample=replace(self.sample, meter=meter))
+
+    def evenly_timed(self) -> LogSource | None:
+        """The log, as it was opened, on an even clock; None where its own is even."""
+        if not has_uneven_clock(self.sample):
+            return None
+        return replace(self, sample=with_even_clock(self.sample), even=True)
 
     def earlier_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
@@ -255,6 +265,8 @@ class LogSource:
             yield self.sample
         else:
             for chunk in _whole_runs(self._read()):
+                if self.even:
+                    chunk = with_even_clock(chunk)
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:
@@ -275,7 +287,7 @@ class LogSource:
         whole = self.sample if self.log is None else self.log
         tilt = self.tilt_lag, self.tilt_filter, self.rested
         reading = self.steady_rows, self.half_width, self.apart, self.ahead, self.lag, *tilt
-        said = self.mapping, *reading, whole.run_names, whole.surfaces
+        said = self.mapping, *reading, self.even, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())

@@ -1,0 +1,61 @@
+"""A log of arrival times is read on an even clock, and one of uneven rows is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from planner.quantities import INDEX
+from planner.telemetry.arrival_times import on_even_clock
+from planner.telemetry.logs import Telemetry
+from planner.telemetry.prediction import predict
+from planner.telemetry.sampling import open_source
+from tests.telemetry.sampling.test_even_clock import bunched
+
+RUNS, ROWS, ROW = 6, 500, 0.05
+
+
+@pytest.fixture(scope="module")
+def table(robot):
+    """Rows of 50 ms of a drive that swings, with 2 % of noise of the power."""
+    random = np.random.default_rng(8)
+    time = np.round(ROW * np.arange(1.0, ROWS + 1.0), 6)
+
+    def wave(size: float) -> np.ndarray:
+        periods, phases = random.uniform(3.0, 15.0, (RUNS, 4)), random.uniform(0.0, 6.3, (RUNS, 4))
+        waves = np.sin(2.0 * np.pi * time[:, None, None] / periods + phases).mean(axis=2)
+        return size * waves.T.ravel()
+
+    drive = pd.DataFrame({"run": np.repeat(np.arange(RUNS), ROWS), "time": np.tile(time, RUNS)})
+    drive = drive.assign(vx=wave(0.8), vy=wave(0.5), wz=wave(0.5), power=0.0)
+    watts = predict(robot, Telemetry.read(drive))
+    return drive.assign(power=watts * (1.0 + 0.02 * random.standard_normal(len(drive))))
+
+
+def test_arrival_times_are_undone(table, base):
+    arrival = table.groupby("run")["time"].transform(lambda t: bunched(t.to_numpy(), 1))
+    late = open_source(table.assign(time=np.round(arrival, 6)))
+    found = on_even_clock(late, base)
+    assert found.even
+    assert any(finding.kind == "arrival times" for finding in found.sample.report)
+    true, column = Telemetry.read(table), INDEX["ax"]
+    wrong = np.abs(late.sample.rows[:, column] - true.rows[:, column])
+    assert np.abs(found.sample.rows[:, column] - true.rows[:, column]).mean() < 0.05 * wrong.mean()
+    streamed = replace(found, complete=False)
+    rows = np.concatenate([chunk.rows for chunk in streamed.chunks()])
+    assert np.allclose(rows, found.sample.rows, equal_nan=True)
+    assert found.content != late.content
+
+
+def test_an_even_log_stays(table, base):
+    source = open_source(table)
+    assert on_even_clock(source, base) is source
+
+
+def test_rows_that_were_measured_unevenly_stay(table, base):
+    kept = np.sort(np.random.default_rng(3).choice(len(table), 7 * len(table) // 10, replace=False))
+    source = open_source(table.iloc[kept])
+    assert on_even_clock(source, base) is source
