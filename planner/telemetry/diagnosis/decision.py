@@ -26,6 +26,7 @@ from planner.telemetry.diagnosis.unexplained import (
     MOST_OVER_FLOOR,
     Unexplained,
     unexplained_by,
+    without_slow,
 )
 from planner.telemetry.diagnosis.unknown_effect import propose
 from planner.telemetry.holdout import (
@@ -72,6 +73,8 @@ def decide(found: Found, floor: Array) -> Decision:
     answers = [answer.left for answer in (nothing, searched, formula) if answer is not None]
     expected, floor = floor, _undercut(floor, answers)
     left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
+    # What lasts is no noise: a claim that leaves most of it is not the main cause.
+    expected = without_slow(expected, before, left_by_nothing.slow_w)
     shape = selection.shape
     alike = shape.near if shape is not None and formula is None else ()
     if searched is not None and _supported(found, before, searched, floor):

@@ -157,9 +157,14 @@ def unexplained_by(log: Telemetry, residual: Array, floor: Array, watts: Array) 
     # A model that knew everything would leave no mean residual there, and no slow power.
     known = max((regime.explained for regime in where), default=0.0)
     slow = _slow_power(log, kept, watts)
-    fast = math.sqrt(max(rms(kept) ** 2 - slow**2, 0.0))
-    least = min(rms(floor), math.sqrt(1.0 - known) * rms(kept), fast)
+    least = min(rms(without_slow(floor, kept, slow)), math.sqrt(1.0 - known) * rms(kept))
     return Unexplained(rms(kept) / max(least, 1e-300), tuple(where), slow)
+
+
+def without_slow(floor: Array, residual: Array, slow_w: float) -> Array:
+    """The floor (n,) W, at most what is left of a residual (n,) W without what lasts, W rms."""
+    fast = math.sqrt(max(rms(counted(residual, floor)) ** 2 - slow_w**2, 0.0))
+    return floor * min(1.0, fast / rms(floor)) if slow_w else floor
 
 
 def _slow_power(log: Telemetry, residual: Array, watts: Array) -> float:
@@ -171,30 +176,38 @@ def _slow_power(log: Telemetry, residual: Array, watts: Array) -> float:
     drift = (MOST_DRIFT * float(np.mean(np.abs(watts)))) ** 2
     least = math.inf
     for lag in LASTING * np.array(SHARES):
-        mean, error = _product_apart(log, residual, float(lag))
-        if mean <= max(drift, LASTING_Z * error):
+        mean, z = _product_apart(log, residual, float(lag))
+        if mean <= drift or z < LASTING_Z:
             return 0.0
         least = min(least, mean)
     return math.sqrt(least)
 
 
 def _product_apart(log: Telemetry, residual: Array, lag: float) -> tuple[float, float]:
-    """W², the mean product of rows ``lag`` s apart in one stretch, and its standard error."""
-    products, blocks, count = [np.empty(0)], [np.empty(0, np.int64)], 0
+    """W², the mean product of rows ``lag`` s apart in one stretch; and by how many standard errors
+    such rows correlate.
+
+    A power that is there now and then makes a few stretches large. How large it is, all rows tell;
+    whether rows have it in common, each stretch of COMPARED tells as much as any other.
+    """
+    products, squares, blocks, count = [np.empty(0)], [np.empty(0)], [np.empty(0, np.int64)], 0
     for start, stop in log.segments():
         since, own = log.time[start:stop] - log.time[start], residual[start:stop]
         # Times are decimal: half a millionth of a second keeps rounding from deciding.
         later = np.searchsorted(since, since + lag - 5e-7)
         paired = np.flatnonzero(later < len(own))
-        products.append(own[paired] * own[later[paired]])
+        one, other = own[paired], own[later[paired]]
+        products.append(one * other)
+        squares.append(0.5 * (one**2 + other**2))
         blocks.append(count + (since[paired] // COMPARED).astype(np.int64))
         count += int(since[-1] // COMPARED) + 1
     product, block = np.concatenate(products), np.concatenate(blocks)
     if not len(product):
         return 0.0, 0.0
-    mean = float(product.mean())
-    spread = np.bincount(block, product - mean)
-    return mean, math.sqrt(float(spread @ spread)) / len(product)
+    rows, size = np.bincount(block), np.bincount(block, np.concatenate(squares))
+    share = rows * np.bincount(block, product) / np.maximum(size, 1e-300)
+    error = math.sqrt(float(np.sum((share - rows * share.sum() / rows.sum()) ** 2)))
+    return float(product.mean()), float(share.sum()) / max(error, 1e-300)
 
 
 def _alike(unsure: Array) -> list[Integers]:

@@ -11,6 +11,7 @@ from planner.telemetry.diagnosis.unexplained import (
     Unexplained,
     floor_of,
     unexplained_by,
+    without_slow,
 )
 from planner.telemetry.evidence import DesignColumns, examine
 from planner.telemetry.holdout import rms
@@ -80,6 +81,21 @@ def test_a_load_that_no_column_tells_is_no_noise(motion, watts):
     fast = np.sqrt(rms(residual) ** 2 - left.slow_w**2)
     assert left.heldout_over_floor == pytest.approx(rms(residual) / fast)
     assert not left.little
+
+
+def test_a_power_that_is_large_now_and_then_is_no_noise(motion, watts):
+    """Few stretches hold most of it: its mean square is known badly, not that it lasts."""
+    random = np.random.default_rng(6)
+    stretch = (motion.time // ON).astype(int) + 1000 * motion.run
+    sizes = np.exp(1.5 * random.standard_normal(stretch.max() + 1))
+    residual = scatter(len(motion)) + 6.0 * SPREAD * sizes[stretch]
+    left = unexplained_by(motion, residual, np.full(len(motion), rms(residual)), watts)
+    assert left.slow_w > 0.5 * rms(residual)
+    assert not left.little
+    # What a claim must take off is counted from what does not last.
+    floor = without_slow(np.full(len(motion), rms(residual)), residual, left.slow_w)
+    assert rms(floor) < 0.9 * rms(residual)
+    assert np.all(without_slow(floor, residual, 0.0) == floor)
 
 
 @pytest.mark.parametrize("period", [1.0, 2.0])
