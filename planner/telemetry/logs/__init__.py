@@ -6,8 +6,9 @@ stretches without gaps, and the Meter that its power was read from. join_logs ma
 files that one drive left.
 """
 
+from planner.telemetry.logs.finding import Finding
 from planner.telemetry.logs.join import join_logs
-from planner.telemetry.logs.log import Finding, LogLike, Telemetry, pieces_of
+from planner.telemetry.logs.log import LogLike, Telemetry, pieces_of
 from planner.telemetry.logs.mapping import MappingLike
 from planner.telemetry.logs.meter import Meter, same_meter
 

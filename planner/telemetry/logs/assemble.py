@@ -249,7 +249,7 @@ class Assembler:
         self.checks.add_rows(measured, step.follows[first:end] & (np.arange(first, end) > first))
         for axis, name in (("ax", "gravity_x"), ("ay", "gravity_y")):
             if axis in inside:
-                self.checks.add_acceleration(inside[axis], computed[axis], rows[:, INDEX[name]])
+                self.checks.accelerations.add(inside[axis], computed[axis], rows[:, INDEX[name]])
         return Rows(
             rows,
             power=inside["power"].copy(),

@@ -7,7 +7,6 @@ counted by column and reason.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
@@ -15,7 +14,9 @@ import numpy as np
 
 from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
+from planner.telemetry.logs.accelerometer import MeasuredAccelerations
 from planner.telemetry.logs.columns import OFTEN_MISTAKEN, POSSIBLE, unit_of
+from planner.telemetry.logs.finding import Finding
 
 MOST_IMPOSSIBLE = 0.01
 """Share of rows with impossible values; above it, the unit is wrong and not the sensor."""
@@ -27,12 +28,12 @@ LATEST_PLAUSIBLE_TIME = 1e11
 """s; above it, time is not in seconds: seconds since 1970 stay below 1e10 for 300 years."""
 STEEPEST_PLAUSIBLE = 0.7
 """rad; no wheel grips on 40°, and a floor that is level within 1° seems as steep in degrees."""
-OTHER_UNIT_FACTOR = 5.0
-"""Derived over logged acceleration above which the latter is in another unit: in g it is 9.8."""
-CLEAR_ERRORS = 10.0
-"""Standard errors that the factor must differ from 0 by, so that noise alone never makes it."""
 GAP_INTERVALS = 2.5
 """Usual intervals; a longer one is a gap, and its rows are not consecutive."""
+UNEVEN = 0.1
+"""Share by which an interval may differ from the usual one and be even."""
+MOST_UNEVEN = 0.1
+"""Share of intervals that differ by more where a clock is not even: gaps are rarer."""
 _ENOUGH_ROWS = 1000
 """Rows before a share is judged while the log is still being read."""
 _DECADES, _BINS_PER_DECADE = (-9, 9), 100
@@ -46,23 +47,6 @@ _REASONS = {
 }
 _UNBELIEVABLE = "unbelievable"
 """Key of cells that are taken as not known; their rows stay."""
-
-
-@dataclass(frozen=True)
-class Finding:
-    """One thing that a user should know about a log.
-
-    Attributes:
-        kind: "missing", "impossible", "doubled", "gap", "constant", "clipped", ...
-        column: the quantity or heading concerned; "" for the whole log.
-        rows: how many rows are concerned.
-        sentence: what was found and what was done about it.
-    """
-
-    kind: str
-    column: str
-    rows: int
-    sentence: str
 
 
 @dataclass
@@ -118,8 +102,7 @@ class Checks:
     negative: int = 0
     latest: float = 0.0
     products: Array = field(default_factory=lambda: np.zeros(2))
-    leak: Array = field(default_factory=lambda: np.zeros(2))
-    rates: Array = field(default_factory=lambda: np.zeros(3))
+    accelerations: MeasuredAccelerations = field(default_factory=MeasuredAccelerations)
 
     def leave_out(self, kind: str, column: str, rows: Integers) -> None:
         """Count rows that do not enter the result."""
@@ -161,13 +144,6 @@ class Checks:
             good = np.isfinite(product)
             self.products += [power[good].sum(), product[good].sum()]
 
-    def add_acceleration(self, logged: Array, derived: Array, gravity: Array) -> None:
-        """Logged and derived acceleration, and gravity on the same axis, m/s²."""
-        good = np.isfinite(logged)
-        logged, derived, gravity = logged[good], derived[good], gravity[good]
-        self.leak += [float((logged - derived) @ gravity), float(gravity @ gravity)]
-        self.rates += [float(logged @ derived), float(logged @ logged), float(derived @ derived)]
-
     @property
     def interval(self) -> float:
         """Median interval between samples, s, to 2 %; 0 when no run has two samples."""
@@ -176,6 +152,16 @@ class Checks:
             return 0.0
         at = int(np.searchsorted(np.cumsum(self.intervals), 0.5 * total))
         return float(10.0 ** (_DECADES[0] + (at + 0.5) / _BINS_PER_DECADE))
+
+    @property
+    def has_uneven_clock(self) -> bool:
+        """Whether many intervals are not the usual one, as where rows arrive in bunches."""
+        usual = self.interval
+        if not usual:
+            return False
+        low, high = (_bin_of((1.0 + side * UNEVEN) * usual) for side in (-1.0, 1.0))
+        even = int(self.intervals[int(low) : int(high) + 1].sum())
+        return even < (1.0 - MOST_UNEVEN) * int(self.intervals.sum())
 
     def refuse(self, *, finished: bool) -> None:
         """Raise LogError for a log whose rows cannot be used.
@@ -363,24 +349,9 @@ class Checks:
             ratio = f"{measured / product:.3g}"
             text = f"power: its mean is {ratio} times battery_voltage · battery_current"
             yield Finding("disagrees", "power", self.kept, text)
-        along, gravity = self.leak
-        if gravity > 0.01 * self.kept and abs(along / gravity) > 0.5:
-            text = (
-                f"ax, ay: follow gravity along the slope with a factor of {along / gravity:.2f} "
-                "in addition to the change of velocity: they seem to contain gravity"
-            )
-            yield Finding("gravity", "ax", self.kept, text)
-        # Noise of what is logged makes this factor smaller than 1, never larger.
-        both, logged, derived = self.rates
-        factor = both / logged if logged > 0.0 else 0.0
-        if factor > OTHER_UNIT_FACTOR and both > CLEAR_ERRORS * math.sqrt(
-            logged * derived / self.kept
-        ):
-            text = (
-                f"ax, ay: the velocity changes {factor:.2g} times as fast; in g perhaps "
-                '(a mapping file says so with unit = "standard_gravity")'
-            )
-            yield Finding("unit", "ax", self.kept, text)
+        # Changes over intervals that are wrong are no accelerations; see arrival_times.
+        if not self.has_uneven_clock:
+            yield from self.accelerations.findings(self.kept)
 
 
 def _bin_of(interval: Array | float) -> Integers:

@@ -32,7 +32,7 @@ from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.quantities import INDEX
 from planner.telemetry.logs.assemble import Assembler, Rows
-from planner.telemetry.logs.checks import GAP_INTERVALS, Checks, Finding
+from planner.telemetry.logs.checks import GAP_INTERVALS, Checks
 from planner.telemetry.logs.columns import (
     MAY_BE_UNKNOWN,
     REQUIRED,
@@ -43,6 +43,7 @@ from planner.telemetry.logs.columns import (
     is_wheel_current,
 )
 from planner.telemetry.logs.files import Block, LogFile
+from planner.telemetry.logs.finding import Finding
 from planner.telemetry.logs.formats import open_log, open_table
 from planner.telemetry.logs.mapping import Column, Mapping, MappingLike, read_mapping
 from planner.telemetry.logs.meter import Meter

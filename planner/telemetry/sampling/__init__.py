@@ -5,16 +5,19 @@ numbered by clusters. noise_of_motion is what its measured channels scatter by, 
 with_earlier_tilt a log whose tilt sensor is not late.
 """
 
+from planner.telemetry.sampling.accelerations import findings_of_accelerations
 from planner.telemetry.sampling.clusters import cluster_numbers
+from planner.telemetry.sampling.even_clock import has_uneven_clock
 from planner.telemetry.sampling.late_odometry import with_earlier_tilt
 from planner.telemetry.sampling.noisier_motion import noise_of_motion
 from planner.telemetry.sampling.sample import LogSource, open_source
-from planner.telemetry.sampling.steady_drive import at_steady_speeds, stretches
+from planner.telemetry.sampling.steady_drive import stretches
 
 __all__ = [
     "LogSource",
-    "at_steady_speeds",
     "cluster_numbers",
+    "findings_of_accelerations",
+    "has_uneven_clock",
     "noise_of_motion",
     "open_source",
     "stretches",

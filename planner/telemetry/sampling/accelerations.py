@@ -10,7 +10,8 @@ import numpy as np
 
 from planner.arrays import Array, Integers, Mask
 from planner.quantities import INDEX
-from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs import Finding, Telemetry
+from planner.telemetry.logs.accelerometer import MeasuredAccelerations
 
 SPEEDS = ("vx", "vy", "wz")
 RATES = ("ax", "ay", "yaw_acceleration")
@@ -39,7 +40,25 @@ def put_accelerations(log: Telemetry, rows: Array, where: Integers, slopes: Arra
         where: (k,) numbers of the rows to change.
         slopes: (k, 3) changes of SPEEDS per second, without the turning of the frame.
     """
-    vx, vy, wz = (rows[where, INDEX[name]] for name in SPEEDS)
-    for name, turning, slope in zip(RATES, (-wz * vy, wz * vx, 0.0), slopes.T, strict=True):
+    felt = felt_by_a_turning_body(rows[where], slopes)
+    for name, values in zip(RATES, felt.T, strict=True):
         if name not in log.present:
-            rows[where, INDEX[name]] = turning + slope
+            rows[where, INDEX[name]] = values
+
+
+def felt_by_a_turning_body(rows: Array, slopes: Array) -> Array:
+    """(k, 3) RATES in m/s² and rad/s² that follow from (k, ROW_LENGTH) speeds and their slopes."""
+    vx, vy, wz = (rows[:, INDEX[name]] for name in SPEEDS)
+    return slopes + np.stack([-wz * vy, wz * vx, np.zeros(len(rows))], axis=1)
+
+
+def findings_of_accelerations(log: Telemetry) -> list[Finding]:
+    """What is odd about measured accelerations beside the changes of the speeds."""
+    slopes = slopes_of(log, log.rows[:, [INDEX[name] for name in SPEEDS]])
+    derived = felt_by_a_turning_body(log.rows, slopes)
+    measured = MeasuredAccelerations()
+    for column, gravity in (("ax", "gravity_x"), ("ay", "gravity_y")):
+        if column in log.present:
+            axis = RATES.index(column)
+            measured.add(log.rows[:, INDEX[column]], derived[:, axis], log.rows[:, INDEX[gravity]])
+    return list(measured.findings(len(log)))

@@ -29,16 +29,13 @@ from numpy.lib.stride_tricks import sliding_window_view
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
+from planner.telemetry.logs.checks import MOST_UNEVEN, UNEVEN
 from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations, slopes_of
 
 AHEAD = 50
 """Rows among which one comes without delay, and so shows when those before it were measured."""
 GAP = 1.2
 """Factor on the usual time of so many rows above which rows are missing among them."""
-UNEVEN = 0.1
-"""Share by which an interval may differ from the usual one and be even."""
-MOST_UNEVEN = 0.1
-"""Share of intervals that differ by more where a clock is not even: gaps are rarer."""
 
 
 def has_uneven_clock(log: Telemetry) -> bool:
@@ -46,10 +43,10 @@ def has_uneven_clock(log: Telemetry) -> bool:
     steps = np.diff(log.time)[np.diff(log.run) == 0]
     usual = float(np.median(steps)) if len(steps) else 0.0
     odd = np.abs(steps - usual) > UNEVEN * usual
-    return bool(_has_long_runs(log) and odd.mean() > MOST_UNEVEN)
+    return bool(len(steps) and odd.mean() > MOST_UNEVEN)
 
 
-def with_even_clock(log: Telemetry) -> Telemetry:
+def with_even_clock(log: Telemetry) -> Telemetry | None:
     """The log with the times at which its rows were measured, if these were even.
 
     Args:
@@ -57,10 +54,10 @@ def with_even_clock(log: Telemetry) -> Telemetry:
 
     Returns:
         A log with the same rows; time, interval and accelerations that were not measured differ.
-        Of runs as short as AHEAD rows it stays as it is.
+        None if all runs are as short as AHEAD rows.
     """
-    if not _has_long_runs(log):
-        return log
+    if not any(stop - start > AHEAD for start, stop in log.run_pieces()):
+        return None
     time = log.time.copy()
     pieces = [slice(*piece) for piece in log.run_pieces()]
     lasted = np.concatenate([log.time[one][AHEAD:] - log.time[one][:-AHEAD] for one in pieces])
@@ -75,10 +72,6 @@ def with_even_clock(log: Telemetry) -> Telemetry:
     speeds = log.rows[:, [INDEX[name] for name in SPEEDS]]
     put_accelerations(even, even.rows, np.arange(len(log)), slopes_of(even, speeds))
     return even
-
-
-def _has_long_runs(log: Telemetry) -> bool:
-    return any(stop - start > AHEAD for start, stop in log.run_pieces())
 
 
 def _measured(arrival: Array, period: float) -> Array:

@@ -32,7 +32,7 @@ from planner.telemetry.logs import (
     pieces_of,
 )
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
-from planner.telemetry.sampling.even_clock import has_uneven_clock, with_even_clock
+from planner.telemetry.sampling.even_clock import with_even_clock
 from planner.telemetry.sampling.late_odometry import (
     has_tilt,
     with_earlier_tilt,
@@ -159,10 +159,9 @@ class LogSource:
         return replace(self, sample=replace(self.sample, meter=meter))
 
     def evenly_timed(self) -> LogSource | None:
-        """The log, as it was opened, on an even clock; None where its own is even."""
-        if not has_uneven_clock(self.sample):
-            return None
-        return replace(self, sample=with_even_clock(self.sample), even=True)
+        """The log, as it was opened, on an even clock; None where its runs are too short."""
+        sample = with_even_clock(self.sample)
+        return None if sample is None else replace(self, sample=sample, even=True)
 
     def earlier_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
@@ -189,6 +188,11 @@ class LogSource:
     def with_findings(self, findings: Sequence[Finding]) -> LogSource:
         """The same log, its report longer by what showed only beside a model."""
         report = (*self.sample.report, *findings)
+        return replace(self, sample=replace(self.sample, report=report))
+
+    def without_findings(self, kind: str) -> LogSource:
+        """The same log, its report without those of a kind that another clock makes false."""
+        report = tuple(finding for finding in self.sample.report if finding.kind != kind)
         return replace(self, sample=replace(self.sample, report=report))
 
     def reading_of(self, log: Telemetry) -> Telemetry:
@@ -266,7 +270,8 @@ class LogSource:
         else:
             for chunk in _whole_runs(self._read()):
                 if self.even:
-                    chunk = with_even_clock(chunk)
+                    even = with_even_clock(chunk)
+                    chunk = chunk if even is None else even
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:

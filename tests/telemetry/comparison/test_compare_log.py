@@ -18,7 +18,8 @@ from planner.telemetry.comparison.compare_log import compare
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
 from planner.telemetry.quantities_of_motion import STANDSTILL
-from planner.telemetry.sampling import LogSource, at_steady_speeds
+from planner.telemetry.sampling import LogSource
+from planner.telemetry.sampling.steady_drive import at_steady_speeds
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import Addition, fit_with
 from planner.telemetry.virtual import QUIET, Noise, VirtualRobot

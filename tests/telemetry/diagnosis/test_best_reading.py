@@ -11,7 +11,8 @@ from planner.quantities import INDEX
 from planner.telemetry.diagnosis.best_reading import best_reading
 from planner.telemetry.logs import Meter
 from planner.telemetry.prediction import predict
-from planner.telemetry.sampling import at_steady_speeds, open_source
+from planner.telemetry.sampling import open_source
+from planner.telemetry.sampling.steady_drive import at_steady_speeds
 from tests.telemetry.rows import plain_log
 
 STEP = 0.02

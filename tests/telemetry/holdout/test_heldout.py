@@ -15,7 +15,7 @@ from planner.telemetry.holdout import base_fit, metered_base_fit, rms
 from planner.telemetry.holdout.heldout import heldout_rmse
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
-from planner.telemetry.sampling import at_steady_speeds
+from planner.telemetry.sampling.steady_drive import at_steady_speeds
 from planner.telemetry.virtual import Noise, VirtualRobot
 from tests.power.states import changed
 from tests.telemetry.rows import measured

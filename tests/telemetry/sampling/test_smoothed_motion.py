@@ -10,8 +10,9 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.sampling import at_steady_speeds, open_source
+from planner.telemetry.sampling import open_source
 from planner.telemetry.sampling.smoothed_motion import can_be_smoothed, with_smoothed_motion
+from planner.telemetry.sampling.steady_drive import at_steady_speeds
 from tests.telemetry.rows import plain_log
 
 RATE = 100.0
