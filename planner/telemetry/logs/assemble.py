@@ -13,6 +13,7 @@ known, and one emitted row stays as its predecessor. The result does not depend 
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping as AnyMapping
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -152,42 +153,47 @@ class Assembler:
         return keep
 
     def _order(self, values: dict[str, Array]) -> None:
-        """Refuse time that runs backwards and runs that come again; drop repeated times."""
-        run, time, rows = values["run"], values["time"], values["row"]
+        """Refuse runs that come again; drop rows whose time is not later than all before."""
+        run, time, rows = values["run"], values["time"], values["row"].astype(np.int64)
         if not len(run):
             return
         before_run = np.concatenate([[self._last[0]], run[:-1]])
-        step = time - np.concatenate([[self._last[1]], time[:-1]])
         same = run == before_run
+        latest = self._latest_before(time, same)
         names = list(self.labels["run"])
-        backwards = np.flatnonzero(same & (step < 0.0))
-        if len(backwards):
-            k = int(backwards[0])
-            raise LogError(
-                f"{self.checks.where}: time",
-                f"runs backwards by {-step[k]:.6g} s in row {int(rows[k])}, run "
-                f"{names[int(run[k])]!r}",
-                accepted="time that increases within a run; another label after a restart",
-            )
-        repeated = same & (step == 0.0)
-        self.checks.leave_out("doubled", "time", rows[repeated].astype(np.int64))
+        late = same & (time < latest)
+        for k in np.flatnonzero(late)[:1]:
+            said = f"runs backwards by {latest[k] - time[k]:.6g} s in row {rows[k]}, run "
+            self.checks.late = self.checks.late or said + repr(names[int(run[k])])
+        self.checks.leave_out("late", "time", rows[late])
+        repeated = same & (time == latest)
+        self.checks.leave_out("doubled", "time", rows[repeated])
         known = self._last[0]
         for start in np.flatnonzero(~same):
             if run[start] <= known:
                 raise LogError(
                     f"{self.checks.where}: run",
                     f"the rows of run {names[int(run[start])]!r} are not consecutive: it comes "
-                    f"again in row {int(rows[start])}",
+                    f"again in row {rows[start]}",
                     accepted="consecutive rows in every run",
                 )
             known = int(run[start])
-        forward = same & (step > 0.0)
-        self.checks.add_intervals(step[forward], rows[forward].astype(np.int64))
-        self._last = (int(run[-1]), float(time[-1]))
-        if repeated.any():
+        forward = same & (time > latest)
+        self.checks.add_intervals((time - latest)[forward], rows[forward])
+        last = float(time[-1])
+        self._last = (int(run[-1]), max(last, float(latest[-1])) if same[-1] else last)
+        if not np.all(kept := ~(late | repeated)):
             for name in values:
-                values[name] = values[name][~repeated]
+                values[name] = values[name][kept]
         self._count_short_runs(values["run"])
+
+    def _latest_before(self, time: Array, same: Mask) -> Array:
+        """(n,) latest time of a run's rows before each one; of any other at its first row."""
+        latest = np.concatenate([[self._last[1]], time[:-1]])
+        for start, stop in itertools.pairwise([0, *np.flatnonzero(~same[1:]) + 1, len(time)]):
+            begin = start if same[start] else start + 1
+            latest[begin:stop] = np.maximum.accumulate(latest[begin:stop])
+        return latest
 
     def _count_short_runs(self, run: Array) -> None:
         codes, counts = np.unique(run, return_counts=True)

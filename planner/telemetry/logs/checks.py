@@ -22,6 +22,8 @@ MOST_IMPOSSIBLE = 0.01
 """Share of rows with impossible values; above it, the unit is wrong and not the sensor."""
 MOST_RAGGED = 0.05
 """Share of rows with a wrong number of cells; above it, the file is not a table."""
+MOST_BACKWARDS = 0.01
+"""Share of rows before an earlier one that are stragglers of a buffer; more are another drive."""
 LONGEST_PLAUSIBLE_INTERVAL = 100.0
 """s between samples; at this or more, time is not in seconds."""
 LATEST_PLAUSIBLE_TIME = 1e11
@@ -44,6 +46,7 @@ _REASONS = {
     "missing": "no value",
     "impossible": "a value that cannot be",
     "doubled": "the time of the row before",
+    "late": "a time before that of an earlier row",
 }
 _UNBELIEVABLE = "unbelievable"
 """Key of cells that are taken as not known; their rows stay."""
@@ -90,6 +93,8 @@ class Checks:
     seen: int = 0
     notes: list[Finding] = field(default_factory=list)
     ragged: list[int] = field(default_factory=list)
+    late: str = ""
+    """The first time that is before an earlier one, as an error says it."""
     odd: dict[tuple[str, str], _Count] = field(default_factory=dict)
     filled: dict[str, int] = field(default_factory=dict)
     channels: dict[str, _Channel] = field(default_factory=dict)
@@ -175,6 +180,13 @@ class Checks:
             for (kind, column), odd in self.odd.items():
                 if kind == judged and odd.rows > MOST_IMPOSSIBLE * self.seen:
                     self._refuse_unit(column, odd)
+        late = self.odd.get(("late", "time"), _Count(0))
+        if late.rows > MOST_BACKWARDS * self.seen:
+            raise LogError(
+                f"{self.where}: time",
+                self.late,
+                accepted="time that increases within a run; another label after a restart",
+            )
         if len(self.ragged) > MOST_RAGGED * (self.seen + len(self.ragged)):
             raise LogError(
                 self.where,

@@ -35,6 +35,7 @@ from planner.arrays import Array
 from planner.errors import LogError
 from planner.power.kinematics import RIM
 from planner.power.vehicles import Vehicle
+from planner.telemetry.logs.checks import MOST_BACKWARDS
 from planner.telemetry.logs.clocks import Source, clock_of, on_one_clock
 from planner.telemetry.logs.columns import TEXT, is_wheel_speed
 from planner.telemetry.logs.formats import open_log
@@ -44,8 +45,6 @@ MOST_FILES = 20
 """Files of one drive that are joined."""
 MOST_ROWS = 5_000_000
 """Rows of one file that are held in memory."""
-MOST_BACKWARDS = 0.01
-"""Share of rows before an earlier one that are stragglers of a buffer; more are another drive."""
 REPEATED_SHARE = 0.5
 """Share of equal neighbours above which a channel is one that repeats its last value."""
 OWN_ROWS_RATIO = 1.5

@@ -249,3 +249,20 @@ def test_acceleration_in_g_is_noticed_and_noise_is_not_taken_for_it(tmp_path: Pa
     assert not noticed(ax=true + noise)
     assert not noticed(ax=true, vx=columns["vx"] + 0.1 * noise)
     assert not noticed(ax=0.001 * noise)
+
+
+@pytest.mark.parametrize("block", [50, 131, 5000])
+def test_a_late_row_is_left_out_wherever_blocks_end(tmp_path: Path, block: int) -> None:
+    straight = table(400, runs=2)
+    place = {"first": 130, "second": 317}
+    late = {name: np.array(column) for name, column in straight.items()}
+    for at in place.values():
+        order = np.r_[0:at, at + 1 : at + 4, at, at + 4 : 400]
+        late = {name: column[order] for name, column in late.items()}
+    path = written(tmp_path, late)
+    parts = list(Telemetry.chunks(path, rows=block))
+    kept = np.delete(straight["time"], list(place.values()))
+    assert np.concatenate([part.time for part in parts]) == pytest.approx(kept)
+    assert [f.sentence for f in parts[-1].report if f.kind == "late"] == [
+        "time: 2 rows with a time before that of an earlier row left out, the first is row 134"
+    ]
