@@ -39,7 +39,7 @@ from planner.power.vehicles import Vehicle
 from planner.progress import Progress
 from planner.quantities import INDEX
 from planner.shown import Shown, frame
-from planner.telemetry.arrival_times import on_even_clock
+from planner.telemetry.as_measured import as_measured
 from planner.telemetry.belonging import apart, beyond_motors
 from planner.telemetry.comparison.sums import RunComparison, Sums, curve_bins
 from planner.telemetry.estimation import FittedParameter, RefusedFit, followed_motions
@@ -194,7 +194,7 @@ def compare(
     source = open_source(log, mapping, watch)
     source = source.with_findings(beyond_motors(source.sample, start))
     fitted = not is_model(model)
-    source = on_even_clock(source, start)
+    source = as_measured(source, start)
     source = with_true_tilt(source, start, settled=not fitted)
     reading = _reading(source, start, fitted)
     settled, reading, sums, share = _settle(source, reading, start, fitted, watch)

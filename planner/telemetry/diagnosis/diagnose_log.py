@@ -34,7 +34,7 @@ from planner.power.effect import Effect
 from planner.power.model import PowerModel
 from planner.power.vehicles import Vehicle
 from planner.progress import Progress
-from planner.telemetry.arrival_times import on_even_clock
+from planner.telemetry.as_measured import as_measured
 from planner.telemetry.belonging import (
     TOO_STRONG,
     TOO_WEAK,
@@ -150,7 +150,7 @@ def _diagnosed(
 ) -> Diagnosis:
     watch(0.05, "reading the motion")
     source = source.with_findings(beyond_motors(source.sample, start))
-    source = with_true_tilt(on_even_clock(source, start), start)
+    source = with_true_tilt(as_measured(source, start), start)
     raw, usual, source = source, source.steady(), best_reading(source, start)
     decided = _decided(source, start, extra, watch)
     decided = all_rising_steadily(decided)

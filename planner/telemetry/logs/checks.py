@@ -361,7 +361,7 @@ class Checks:
             ratio = f"{measured / product:.3g}"
             text = f"power: its mean is {ratio} times battery_voltage · battery_current"
             yield Finding("disagrees", "power", self.kept, text)
-        # Changes over intervals that are wrong are no accelerations; see arrival_times.
+        # Changes over intervals that are wrong are no accelerations; see as_measured.
         if not self.has_uneven_clock:
             yield from self.accelerations.findings(self.kept)
 

@@ -33,6 +33,7 @@ from planner.telemetry.logs import (
 )
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
 from planner.telemetry.sampling.even_clock import with_even_clock
+from planner.telemetry.sampling.held_motion import with_motion_between_updates
 from planner.telemetry.sampling.late_odometry import (
     has_tilt,
     with_earlier_tilt,
@@ -92,6 +93,7 @@ class LogSource:
         rested: whether that filter felt nothing before each run.
         even: whether rows stand at the even moments at which they were measured, not at those at
             which they arrived.
+        between: whether channels that are slower than the log go from update to update.
     """
 
     sample: Telemetry
@@ -110,6 +112,7 @@ class LogSource:
     tilt_filter: float = 0.0
     rested: bool = False
     even: bool = False
+    between: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -162,6 +165,11 @@ class LogSource:
         """The log, as it was opened, on an even clock; None where its runs are too short."""
         sample = with_even_clock(self.sample)
         return None if sample is None else replace(self, sample=sample, even=True)
+
+    def between_updates(self) -> LogSource | None:
+        """The log, as it was opened, with motion between updates; None where none is held."""
+        sample = with_motion_between_updates(self.sample)
+        return None if sample is None else replace(self, sample=sample, between=True)
 
     def earlier_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
@@ -270,8 +278,9 @@ class LogSource:
         else:
             for chunk in _whole_runs(self._read()):
                 if self.even:
-                    even = with_even_clock(chunk)
-                    chunk = chunk if even is None else even
+                    chunk = _or_as_it_is(with_even_clock(chunk), chunk)
+                if self.between:
+                    chunk = _or_as_it_is(with_motion_between_updates(chunk), chunk)
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:
@@ -292,7 +301,7 @@ class LogSource:
         whole = self.sample if self.log is None else self.log
         tilt = self.tilt_lag, self.tilt_filter, self.rested
         reading = self.steady_rows, self.half_width, self.apart, self.ahead, self.lag, *tilt
-        said = self.mapping, *reading, self.even, whole.run_names, whole.surfaces
+        said = self.mapping, *reading, self.even, self.between, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())
@@ -313,6 +322,11 @@ class LogSource:
             "derived": list(log.derived),
             "assumed": list(log.assumed),
         }
+
+
+def _or_as_it_is(changed: Telemetry | None, chunk: Telemetry) -> Telemetry:
+    """A chunk whose rows alone may be too few to be changed."""
+    return chunk if changed is None else changed
 
 
 def open_source(

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from planner.quantities import INDEX, STANDARD_GRAVITY
-from planner.telemetry.arrival_times import on_even_clock
+from planner.telemetry.as_measured import as_measured
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import open_source
@@ -38,7 +38,7 @@ def table(robot):
 def test_arrival_times_are_undone(table, base):
     arrival = table.groupby("run")["time"].transform(lambda t: bunched(t.to_numpy(), 1))
     late = open_source(table.assign(time=np.round(arrival, 6)))
-    found = on_even_clock(late, base)
+    found = as_measured(late, base)
     assert found.even
     assert any(finding.kind == "arrival times" for finding in found.sample.report)
     true, column = Telemetry.read(table), INDEX["ax"]
@@ -57,20 +57,20 @@ def test_bunches_are_no_gaps_and_no_other_unit(table, base, unit, found):
     columns = table.assign(time=np.round(arrival, 6), ax=lengthwise / unit)
     late = open_source(columns)
     assert "unit" not in {finding.kind for finding in late.sample.report}
-    kinds = {finding.kind for finding in on_even_clock(late, base).sample.report}
+    kinds = {finding.kind for finding in as_measured(late, base).sample.report}
     assert kinds == found | {"arrival times"}
 
 
 def test_gaps_that_stay_on_the_even_clock_are_found(table, base):
     arrival = table.groupby("run")["time"].transform(lambda t: bunched(t.to_numpy(), 1))
     lost = table.assign(time=np.round(arrival, 6)).drop(index=range(200, 230))
-    found = on_even_clock(open_source(lost), base)
+    found = as_measured(open_source(lost), base)
     assert [finding.rows for finding in found.sample.report if finding.kind == "gap"] == [1]
 
 
 def test_an_even_log_stays(table, base):
     source = open_source(table)
-    assert on_even_clock(source, base) is source
+    assert as_measured(source, base) is source
 
 
 @pytest.mark.parametrize(("unit", "found"), [(1.0, set()), (STANDARD_GRAVITY, {"unit"})])
@@ -78,7 +78,7 @@ def test_rows_that_were_measured_unevenly_stay(table, base, unit, found):
     kept = np.sort(np.random.default_rng(3).choice(len(table), 7 * len(table) // 10, replace=False))
     columns = table.assign(ax=Telemetry.read(table).rows[:, INDEX["ax"]] / unit)
     source = open_source(columns.iloc[kept])
-    stays = on_even_clock(source, base)
+    stays = as_measured(source, base)
     assert not stays.even
     assert stays.sample.time is source.sample.time
     assert {finding.kind for finding in stays.sample.report} & {"unit"} == found

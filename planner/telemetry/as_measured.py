@@ -1,0 +1,66 @@
+"""A log's rows when and where they were measured, if a recorder wrote them down otherwise.
+
+    source = as_measured(open_source("recorded.csv"), start)     # as it was if it wrote what is
+
+Rows that arrive in bunches have neither accelerations nor neighbours, and a meter beside them seems
+to average over seconds. Speeds that are held over several rows jump. Rows on an even clock, and a
+motion between the updates, predict held-out runs better then. Rows that were measured at uneven
+moments, and set-points, are predicted worse by them.
+"""
+
+from __future__ import annotations
+
+from planner.power.model import PowerModel
+from planner.telemetry.holdout import metered_base_fit, overall_error
+from planner.telemetry.logs import Finding
+from planner.telemetry.sampling import LogSource, findings_of_accelerations, has_uneven_clock
+from planner.telemetry.tilt_filter import CLEARLY_LESS
+
+
+def as_measured(source: LogSource, start: PowerModel) -> LogSource:
+    """The log on an even clock and between updates, each where that is clearly better.
+
+    Args:
+        source: the log as read.
+        start: the model as stated.
+    """
+    return _between_updates(_on_even_clock(source, start), start)
+
+
+def _on_even_clock(source: LogSource, start: PowerModel) -> LogSource:
+    if not has_uneven_clock(source.sample):
+        return source
+    # The checks that pass by once leave this to who knows which clock is the right one.
+    usual = source.with_findings(findings_of_accelerations(source.sample))
+    even = source.evenly_timed()
+    if even is None or not _predicts_better(even, usual, start):
+        return usual
+    said = "time: rows arrive in bunches; taken at the even moments at which they were measured"
+    found = [Finding("arrival times", "time", 0, said), *findings_of_accelerations(even.sample)]
+    # A gap between arrivals is none where the rows after it were late.
+    gaps = len(even.sample.segments()) - len(even.sample.run_pieces())
+    if gaps:
+        text = f"time: {gaps} gaps between these moments in {len(even.sample)} rows; no derivative "
+        found.append(Finding("gap", "time", gaps, f"{text}is taken across a gap"))
+    return even.without_findings("gap").with_findings(found)
+
+
+def _between_updates(source: LogSource, start: PowerModel) -> LogSource:
+    between = source.between_updates()
+    if between is None or not _predicts_better(between, source, start):
+        return source
+    said = "speeds or angles are held over several rows; taken between their updates"
+    return between.with_findings([Finding("held", "", 0, said)])
+
+
+def _predicts_better(other: LogSource, source: LogSource, start: PowerModel) -> bool:
+    """Whether held-out runs are predicted clearly better.
+
+    A meter beside wrong rows takes long, and would make good what they are wrong by.
+    """
+    errors = (
+        overall_error(*metered_base_fit(one.steady().sample, start, (None,)))
+        for one in (source, other)
+    )
+    usual, changed = errors
+    return changed < CLEARLY_LESS * usual
