@@ -45,7 +45,8 @@ instruments anew for every log. Masses span a factor of 20; wheels are Mecanum, 
 wheels, and a third of the robots have rollers whose drag grows with their speed. Mass and lengths
 in the data sheet are up to 8 % off, other values 5 to 20 %. Drives are by hand, by missions or by
 test patterns, at 5 to 100 Hz. Meters filter (up to 0.8 s), hold, are late, quantise and clip.
-Odometry, IMU and clock have noise, bias, slip, jitter, gaps and drift.
+Odometry, IMU and clock have noise, bias, slip, jitter, gaps and drift. One log in ten has rows that
+arrive in bunches. Of those at 20 Hz and more, one in five repeats a slower odometry.
 
 *Floor* is the oracle's held-out error: the same fit, told what is hidden and what the meter does;
 of the ways to read the motion, that which predicts best. ρ here is the effect after projection

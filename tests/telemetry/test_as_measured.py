@@ -1,4 +1,4 @@
-"""A log of arrival times is read on an even clock, and one of uneven rows is not."""
+"""Arrival times and held speeds are undone; uneven rows and set-points stay."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from planner.telemetry.sampling import open_source
 from tests.telemetry.sampling.test_even_clock import bunched
 
 RUNS, ROWS, ROW = 6, 500, 0.05
+HELD = 4
 
 
 @pytest.fixture(scope="module")
@@ -82,3 +83,32 @@ def test_rows_that_were_measured_unevenly_stay(table, base, unit, found):
     assert not stays.even
     assert stays.sample.time is source.sample.time
     assert {finding.kind for finding in stays.sample.report} & {"unit"} == found
+
+
+def held(table, rows):
+    """The table with speeds that a recorder repeats until the next ones come."""
+    first = np.arange(len(table)) // rows * rows
+    speeds = {name: table[name].to_numpy()[first] for name in ("vx", "vy", "wz")}
+    return table.assign(**speeds)
+
+
+def test_held_speeds_are_taken_between_their_updates(table, base):
+    late = open_source(held(table, HELD))
+    found = as_measured(late, base)
+    assert found.between
+    assert "held" in {finding.kind for finding in found.sample.report}
+    true, column = Telemetry.read(table), INDEX["ax"]
+    wrong = np.abs(late.sample.rows[:, column] - true.rows[:, column])
+    assert np.abs(found.sample.rows[:, column] - true.rows[:, column]).mean() < 0.2 * wrong.mean()
+    streamed = replace(found, complete=False)
+    rows = np.concatenate([chunk.rows for chunk in streamed.chunks()])
+    assert np.allclose(rows, found.sample.rows, equal_nan=True)
+    assert found.content != late.content
+
+
+def test_speeds_that_do_step_stay(table, base, robot):
+    steps = held(table, HELD)
+    watts = predict(robot, Telemetry.read(steps))
+    source = open_source(steps.assign(power=watts))
+    assert source.between_updates() is not None
+    assert as_measured(source, base) is source

@@ -64,7 +64,7 @@ def with_motion_between_updates(log: Telemetry) -> Telemetry | None:
 
 
 def _updates(log: Telemetry, values: Array) -> Integers | None:
-    """Rows that hold a new value, and first rows of stretches; None where each row may."""
+    """Rows of updates, and first rows of stretches; None where each row may be one."""
     changed = np.any(values[1:] != values[:-1], axis=1)
     begins = np.zeros(len(log), np.bool_)
     begins[[start for start, _ in log.segments()]] = True
@@ -79,7 +79,14 @@ def _updates(log: Telemetry, values: Array) -> Integers | None:
     alike = np.mean(np.abs(holds - usual) <= (1.0 if usual > 2.0 else 0.0))
     if usual < 2.0 or lasts > LONGEST_HOLD or alike < ALIKE_HOLDS:
         return None
-    return np.union1d(new, np.flatnonzero(begins))
+    seen = np.union1d(new, np.flatnonzero(begins))
+    return np.sort(np.concatenate([seen, *_unseen(seen, len(log), int(usual))]))
+
+
+def _unseen(seen: Integers, rows: int, usual: int) -> list[Integers]:
+    """Rows of updates that brought the same value again, as at rest: the usual number apart."""
+    ends = np.append(seen[1:], rows)
+    return [np.arange(a + usual, b - usual // 2, usual) for a, b in zip(seen, ends, strict=True)]
 
 
 def _between(log: Telemetry, values: Array, updates: Integers) -> Array:

@@ -15,10 +15,13 @@ from typing import Any
 import numpy as np
 
 from planner.power.model import PowerModel
+from planner.telemetry.as_measured import as_measured
 from planner.telemetry.diagnosis import Diagnosis, diagnose
 from planner.telemetry.logs import Telemetry
 from planner.telemetry.prediction import predict
+from planner.telemetry.sampling import open_source
 from planner.telemetry.starting_model import starting_model
+from planner.telemetry.tilt_filter import with_true_tilt
 from tests.hidden_effects.baselines import METHODS, as_diagnosis, prepare
 from tests.hidden_effects.laboratory.draw import Log, draw
 from tests.hidden_effects.laboratory.oracle import Oracle, carried, through_meter
@@ -117,11 +120,17 @@ def _true_value(
 
 
 def _second_drive(log: Log, base: PowerModel) -> tuple[float, float]:
-    """W rms on another drive of the same robot: the fitted base model, and the stated vehicle."""
-    read = Telemetry.read(log.second_path, log.mapping)
+    """W rms on another drive of the same robot: the fitted base model, and the stated vehicle.
+
+    The drive is read as ``compare`` reads it, beside the stated vehicle: on the clock, and with the
+    speeds and angles, that predict it best.
+    """
+    start = starting_model(log.sheet)
+    source = as_measured(open_source(Telemetry.read(log.second_path, log.mapping)), start)
+    read = with_true_tilt(source, start).sample
     instruments, row = log.truth.instruments, 1.0 / log.truth.conditions.rate
     errors = []
-    for model in (base, starting_model(log.sheet)):
+    for model in (base, start):
         watts = through_meter(
             read, predict(model, read)[:, None], instruments.meter, row, instruments.clock_rate
         )

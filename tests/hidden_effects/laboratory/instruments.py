@@ -4,10 +4,11 @@
 
 meter       first-order filter; the moment of the row's end, the row's mean, or the held value of a
             slower meter; delay; quantisation; clipping at full scale
-odometry    scale, a scale of its own sideways, slip with acceleration, white noise
+odometry    scale, a scale of its own sideways, slip with acceleration, white noise; slower than
+            the log, which repeats it
 IMU         bias and noise of acceleration and of the angles; its filter makes these late, or takes
             accelerations for slopes
-clock       jitter, rows that are missing, gaps, a rate that is off
+clock       jitter, rows that are missing, gaps, a rate that is off; moments of arrival, in bunches
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from planner.arrays import Array
+from planner.arrays import Array, Integers
 from planner.quantities import STANDARD_GRAVITY
 from planner.telemetry.virtual import Profile
 from planner.telemetry.virtual.dynamics import MEANS, by_name
@@ -28,6 +29,8 @@ Columns = dict[str, NDArray[np.generic]]
 
 LONGEST_FILTER = 0.8  # s
 LONGEST_ANGLE_LAG = 0.2  # s, of pitch and roll
+BUNCHED = 0.25  # share of the samples that wait for a later one, where rows arrive in bunches
+FASTER_THAN_ODOMETRY = 20.0  # Hz, of logs some of which repeat a slower odometry
 ANGLE_FILTERS = 0.3, 3.0  # s, of angles that follow an accelerometer, as complementary filters do
 
 
@@ -79,6 +82,8 @@ class Instruments:
         pitch_offset, roll_offset, angle_noise: rad.
         angle_lag: s of the first-order filter that pitch and roll come from.
         angle_filter: s over which they follow the accelerometer; 0 for never.
+        odometry_period: s between its updates; 0 where each row has one.
+        bunched: whether the time column tells when rows arrived, some of them in bunches.
         jitter: standard deviation of the time of a row, as a share of it; ``jitter_logged`` where
             the time column tells it.
         missing, gaps: share of rows that are not there; number of gaps of a second.
@@ -100,6 +105,8 @@ class Instruments:
     angle_noise: float = 0.0
     angle_lag: float = 0.0
     angle_filter: float = 0.0
+    odometry_period: float = 0.0
+    bunched: bool = False
     jitter: float = 0.0
     jitter_logged: bool = True
     missing: float = 0.0
@@ -137,7 +144,13 @@ class Instruments:
         lags = rng.spawn(1)[0]
         angle_lag = lags.uniform(0.03, LONGEST_ANGLE_LAG) if lags.random() < 0.5 else 0.0
         followed = math.exp(lags.uniform(*np.log(ANGLE_FILTERS)))
+        # And another for what a recorder does.
+        records = rng.spawn(1)[0]
+        held = records.random() < 0.2 and row * FASTER_THAN_ODOMETRY <= 1.0 + 1e-9
+        updates = row * float(records.integers(2, 6)) if held else 0.0
         return cls(
+            odometry_period=updates,
+            bunched=bool(records.random() < 0.1),
             meter=meter,
             noise=noise,
             speed_scale=float(rng.normal(0.0, 0.008)),
@@ -195,7 +208,7 @@ class Instruments:
         """
         table = by_name(means, drive.conditions, drive.starts)
         parts: list[Columns] = []
-        clean = []
+        clean, updated = [], list[Integers]()
         for k, length in enumerate(lengths):
             taken = self._times(rng, drive.row, length)
             bins = means.shape[1]
@@ -214,15 +227,20 @@ class Instruments:
             ]
             clean.append(self.power(series["power"], taken, drive))
             logged = taken if self.jitter_logged else np.round(taken / drive.row) * drive.row
+            if self.bunched:
+                logged = arrivals(rng, taken)
             part["time"] = logged * (1.0 + self.clock_rate)
             part["run"] = np.repeat(drive.labels[k], len(taken))
             currents = means[k, :, len(MEANS) :]
             for wheel in range(currents.shape[1]):
                 name = f"wheel_current_{wheel + 1}"
                 part[name] = self._channel(currents[:, wheel], taken, drive)
+            updated.append(sum(map(len, updated)) + self._updates(taken))
             parts.append(part)
         columns = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        return self._disturbed(rng, columns, np.concatenate(clean), drive.row)
+        columns, power = self._disturbed(rng, columns, np.concatenate(clean), drive.row)
+        latest = np.concatenate(updated)
+        return columns | {name: columns[name][latest] for name in ("vx", "vy", "wz")}, power
 
     def _times(self, rng: np.random.Generator, row: float, length: float) -> Array:
         """True times of the rows that a run has."""
@@ -235,6 +253,13 @@ class Instruments:
             kept &= (times < at) | (times > at + rng.uniform(0.5, 2.0))
         # Jitter of at most 0.4 rows keeps the order.
         return np.asarray((times + late)[kept])
+
+    def _updates(self, taken: Array) -> Integers:
+        """(rows,) number of the row that the odometry of every row of a run comes from."""
+        if self.odometry_period <= 0.0:
+            return np.arange(len(taken))
+        number = np.floor(taken / self.odometry_period + 1e-6)
+        return np.searchsorted(number, number)
 
     @staticmethod
     def _names(series: dict[str, Array]) -> list[str]:
@@ -330,6 +355,17 @@ def sampled(values: Array, step: float, at: Array, window: float) -> Array:
         return np.asarray(np.interp(time, edges, total) + before * values[0] + after * values[-1])
 
     return (integral(at) - integral(at - window)) / window
+
+
+def arrivals(rng: np.random.Generator, taken: Array) -> Array:
+    """Moments at which samples (n,) arrive: now and then up to four wait for the next one."""
+    arrival, k = taken.copy(), 0
+    while k < len(taken):
+        waiting = int(rng.integers(1, 5)) if rng.random() < BUNCHED else 0
+        last = min(k + waiting, len(taken) - 1)
+        arrival[k : last + 1] = taken[last] + 1e-3 * np.arange(last + 1 - k)
+        k = last + 1
+    return arrival
 
 
 def held_times(at: Array, period: float, phase: float) -> Array:

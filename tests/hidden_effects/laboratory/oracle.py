@@ -11,10 +11,10 @@ model the data sheet leaves out. It does not know the errors of odometry, IMU, c
 nobody does.
 
 It reads the motion in every way that a diagnosis tries, and as it was logged; where an inertial
-sensor is late, also with angles that are earlier by about that. Each time the power
-is passed through the true meter, and the product's own fit looks for a meter, too: one that is not
-there may take away noise of the motion. What predicts best counts, so that a floor is below every
-answer that knows less.
+sensor is late, also with angles that are earlier by about that. It knows whether rows came in
+bunches, and whether their speeds are held. Each time the power is passed through the true meter,
+and the product's own fit looks for a meter, too: one that is not there may take away noise of the
+motion. What predicts best counts, so that a floor is below every answer that knows less.
 
 Testable: every hidden effect has |z| ≥ 5, its score added up by runs where it hardly changes within
 one, and its log-likelihood leads that of the best rival by 8. Rivals are the other effects of the
@@ -39,11 +39,17 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.other_terms import SENSORS
 from planner.telemetry.parameters import Prior, free_places
 from planner.telemetry.prediction import Nodes, predict, tangent
-from planner.telemetry.sampling import open_source
+from planner.telemetry.sampling import LogSource, open_source
 from planner.telemetry.starting_model import starting_model
 from planner.telemetry.terms import CandidateLibrary, candidate_library
 from tests.hidden_effects.laboratory.draw import Log
-from tests.hidden_effects.laboratory.instruments import Meter, filtered, held_times, sampled
+from tests.hidden_effects.laboratory.instruments import (
+    Instruments,
+    Meter,
+    filtered,
+    held_times,
+    sampled,
+)
 from tests.hidden_effects.visibility import with_settings
 
 LEAST_Z = 5.0
@@ -82,8 +88,8 @@ class Oracle:
     @classmethod
     def of(cls, log: Log) -> Oracle:
         """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
-        read = open_source(Telemetry.read(log.path, log.mapping))
         imu = log.truth.instruments
+        read = _as_recorded(open_source(Telemetry.read(log.path, log.mapping)), imu)
         tilts = sorted(
             (read, *read.earlier_tilts(), *read.freed_tilts()),
             key=lambda s: (abs(s.tilt_filter - imu.angle_filter), abs(s.tilt_lag - imu.angle_lag)),
@@ -122,6 +128,14 @@ class Oracle:
             leads |= fit.leads(slug, own[slug], others)
         rival = min(leads, key=lambda name: leads[name])
         return cls(floor, rho, z, float(leads[rival]), rival)
+
+
+def _as_recorded(source: LogSource, instruments: Instruments) -> LogSource:
+    """The log as it was measured: on an even clock, or between updates, where that is true."""
+    even = source.evenly_timed() if instruments.bunched else None
+    source = source if even is None else even
+    between = source.between_updates() if instruments.odometry_period > 0.0 else None
+    return source if between is None else between
 
 
 def _with_what_is_there(sheet: PowerModel, robot: PowerModel) -> PowerModel:

@@ -9,19 +9,15 @@ import pytest
 
 from planner.quantities import INDEX
 from planner.telemetry.sampling.even_clock import has_uneven_clock, with_even_clock
+from tests.hidden_effects.laboratory.instruments import arrivals
 from tests.telemetry.rows import STEP, plain_log
 
 RATE = 0.3
 
 
 def bunched(time: np.ndarray, seed: int) -> np.ndarray:
-    """Moments of arrival of samples: now and then up to four wait for the next one."""
-    arrival, rng, k = time.copy(), np.random.default_rng(seed), 0
-    while k < len(time):
-        last = min(k + (int(rng.integers(2, 6)) if rng.random() < 0.25 else 1), len(time)) - 1
-        arrival[k : last + 1] = time[last] + 1e-3 * np.arange(last + 1 - k)
-        k = last + 1
-    return arrival
+    """Moments of arrival of samples."""
+    return arrivals(np.random.default_rng(seed), time)
 
 
 @pytest.fixture
