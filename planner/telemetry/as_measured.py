@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from planner.power.model import PowerModel
 from planner.telemetry.holdout import metered_base_fit, overall_error
-from planner.telemetry.logs import Finding
+from planner.telemetry.logs import Finding, Meter
 from planner.telemetry.sampling import LogSource, findings_of_accelerations, has_uneven_clock
 from planner.telemetry.tilt_filter import CLEARLY_LESS
 
@@ -33,7 +33,8 @@ def _on_even_clock(source: LogSource, start: PowerModel) -> LogSource:
     # The checks that pass by once leave this to who knows which clock is the right one.
     usual = source.with_findings(findings_of_accelerations(source.sample))
     even = source.evenly_timed()
-    if even is None or not _predicts_better(even, usual, start):
+    # A meter beside uneven rows takes long, and would make good what the times are wrong by.
+    if even is None or not _predicts_better(even, usual, start, (None,)):
         return usual
     said = "time: rows arrive in bunches; taken at the even moments at which they were measured"
     found = [Finding("arrival times", "time", 0, said), *findings_of_accelerations(even.sample)]
@@ -53,14 +54,15 @@ def _between_updates(source: LogSource, start: PowerModel) -> LogSource:
     return between.with_findings([Finding("held", "", 0, said)])
 
 
-def _predicts_better(other: LogSource, source: LogSource, start: PowerModel) -> bool:
-    """Whether held-out runs are predicted clearly better.
-
-    A meter beside wrong rows takes long, and would make good what they are wrong by.
-    """
-    errors = (
-        overall_error(*metered_base_fit(one.steady().sample, start, (None,)))
+def _predicts_better(
+    other: LogSource,
+    source: LogSource,
+    start: PowerModel,
+    known: tuple[Meter | None] | None = None,
+) -> bool:
+    """Whether held-out runs are predicted clearly better; ``known`` is as for the fit."""
+    usual, changed = (
+        overall_error(*metered_base_fit(one.steady().sample, start, known))
         for one in (source, other)
     )
-    usual, changed = errors
     return changed < CLEARLY_LESS * usual

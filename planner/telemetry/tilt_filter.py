@@ -6,8 +6,8 @@ An inertial sensor's filter makes angles late. Where the ground changes, the pow
 lead the slope. That looks like a shorter meter, and like effects of rollers and of changing slopes.
 A filter that trusts an accelerometer takes speeding up for a slope. Gravity along a slope that is
 not there then pays for the acceleration. That looks like a lighter robot, and like effects of
-changing speeds. With other angles the power must be clearly likelier, and held-out runs be
-predicted better.
+changing speeds. With other angles the power must be clearly likelier, or held-out runs support them
+as much as an error of a sensor; in the end they must predict held-out runs better.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
             motions = [one.steady() for one in kind]
             likeliest += followed_motions(source, start, motions, settled=settled)[:1]
     if kinds and not (settled or any(one.tilt_filter for one in likeliest)):
-        likeliest += _predicting(source, start, first[-2:])
+        likeliest += _predicting(source, start, first)
     if not likeliest:
         return source
     usual = overall_error(*metered_base_fit(source.steady().sample, start))
@@ -72,11 +72,11 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
 def _predicting(
     source: LogSource, start: PowerModel, freed: Sequence[LogSource]
 ) -> list[LogSource]:
-    """Of a log without accelerations in its tilts, what held-out runs support, if any.
+    """Of a log with other tilts, the one that held-out runs support, if any.
 
-    A model that is fitted to tilts with accelerations is bent, and beside it the power need not
-    seem likelier by others. Fits to both show it, alone or beside usual errors of what was given:
-    those may hide it, or hide behind it.
+    A model that is fitted to tilts with accelerations, or to late ones, is bent, and beside it the
+    power need not seem likelier by others. Fits to both show it, alone or beside usual errors of
+    what was given: those may hide it, or hide behind it.
     """
     usual = source.steady().sample
     log = meter_beside(usual, base_fit(usual, start).model)
