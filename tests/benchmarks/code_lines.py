@@ -7,6 +7,7 @@ Blank lines, comments and docstrings do not count. A line of a text over several
 
 from __future__ import annotations
 
+import argparse
 import ast
 import io
 import subprocess
@@ -63,9 +64,11 @@ def counted(commit: str) -> Counter[str]:
     return found
 
 
-def main(commits: Sequence[str]) -> int:
+def main(arguments: Sequence[str] | None = None) -> int:
     """The command."""
-    for commit in commits or ("HEAD",):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("commits", nargs="*", default=["HEAD"], help="as git names them")
+    for commit in parser.parse_args(arguments).commits:
         found = counted(commit)
         parts = ", ".join(f"{name} {lines:,}" for name, lines in sorted(found.items()))
         print(f"{commit:<12} {found.total():>7,}   {parts}")
@@ -73,4 +76,4 @@ def main(commits: Sequence[str]) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    sys.exit(main())
