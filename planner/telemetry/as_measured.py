@@ -13,7 +13,7 @@ from __future__ import annotations
 from planner.power.model import PowerModel
 from planner.telemetry.holdout import metered_base_fit, overall_error
 from planner.telemetry.logs import Finding, Meter
-from planner.telemetry.sampling import LogSource, findings_of_accelerations, has_uneven_clock
+from planner.telemetry.sampling import LogSource, findings_of_accelerations
 from planner.telemetry.tilt_filter import CLEARLY_LESS
 
 
@@ -28,7 +28,7 @@ def as_measured(source: LogSource, start: PowerModel) -> LogSource:
 
 
 def _on_even_clock(source: LogSource, start: PowerModel) -> LogSource:
-    if not has_uneven_clock(source.sample):
+    if not source.sample.has_uneven_clock():
         return source
     # The checks that pass by once leave this to who knows which clock is the right one.
     usual = source.with_findings(findings_of_accelerations(source.sample))

@@ -31,8 +31,9 @@ from numpy.typing import ArrayLike
 from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.quantities import INDEX
+from planner.telemetry.logs.accelerometer import MeasuredAccelerations
 from planner.telemetry.logs.assemble import Assembler, Rows
-from planner.telemetry.logs.checks import GAP_INTERVALS, Checks
+from planner.telemetry.logs.checks import GAP_INTERVALS, MOST_UNEVEN, UNEVEN, Checks
 from planner.telemetry.logs.columns import (
     MAY_BE_UNKNOWN,
     REQUIRED,
@@ -185,6 +186,21 @@ class Telemetry(Rows):
         same = np.diff(self.run) == 0
         usual = float(np.median(step[same])) if same.any() else 0.0
         return _between(~same | (step > GAP_INTERVALS * usual), len(self))
+
+    def has_uneven_clock(self) -> bool:
+        """Whether many rows are not one usual interval after the row before."""
+        steps = np.diff(self.time)[np.diff(self.run) == 0]
+        usual = float(np.median(steps)) if len(steps) else 0.0
+        return bool(len(steps) and np.mean(np.abs(steps - usual) > UNEVEN * usual) > MOST_UNEVEN)
+
+    def odd_accelerations(self, derived: Array) -> list[Finding]:
+        """What is odd about measured ax and ay beside those (n, 2) that follow from the speeds."""
+        measured = MeasuredAccelerations()
+        for name, gravity, along in (("ax", "gravity_x", 0), ("ay", "gravity_y", 1)):
+            if name in self.present:
+                logged, pull = self.rows[:, INDEX[name]], self.rows[:, INDEX[gravity]]
+                measured.add(logged, derived[:, along], pull)
+        return list(measured.findings(len(self)))
 
     def run_pieces(self) -> list[tuple[int, int]]:
         """Stretches of rows of one run."""

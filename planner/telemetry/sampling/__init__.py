@@ -7,7 +7,6 @@ with_earlier_tilt a log whose tilt sensor is not late.
 
 from planner.telemetry.sampling.accelerations import findings_of_accelerations
 from planner.telemetry.sampling.clusters import cluster_numbers
-from planner.telemetry.sampling.even_clock import has_uneven_clock
 from planner.telemetry.sampling.late_odometry import with_earlier_tilt
 from planner.telemetry.sampling.noisier_motion import noise_of_motion
 from planner.telemetry.sampling.sample import LogSource, open_source
@@ -17,7 +16,6 @@ __all__ = [
     "LogSource",
     "cluster_numbers",
     "findings_of_accelerations",
-    "has_uneven_clock",
     "noise_of_motion",
     "open_source",
     "stretches",

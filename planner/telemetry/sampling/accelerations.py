@@ -11,7 +11,6 @@ import numpy as np
 from planner.arrays import Array, Integers, Mask
 from planner.quantities import INDEX
 from planner.telemetry.logs import Finding, Telemetry
-from planner.telemetry.logs.accelerometer import MeasuredAccelerations
 
 SPEEDS = ("vx", "vy", "wz")
 RATES = ("ax", "ay", "yaw_acceleration")
@@ -55,10 +54,4 @@ def felt_by_a_turning_body(rows: Array, slopes: Array) -> Array:
 def findings_of_accelerations(log: Telemetry) -> list[Finding]:
     """What is odd about measured accelerations beside the changes of the speeds."""
     slopes = slopes_of(log, log.rows[:, [INDEX[name] for name in SPEEDS]])
-    derived = felt_by_a_turning_body(log.rows, slopes)
-    measured = MeasuredAccelerations()
-    for column, gravity in (("ax", "gravity_x"), ("ay", "gravity_y")):
-        if column in log.present:
-            axis = RATES.index(column)
-            measured.add(log.rows[:, INDEX[column]], derived[:, axis], log.rows[:, INDEX[gravity]])
-    return list(measured.findings(len(log)))
+    return log.odd_accelerations(felt_by_a_turning_body(log.rows, slopes)[:, :2])

@@ -29,21 +29,12 @@ from numpy.lib.stride_tricks import sliding_window_view
 from planner.arrays import Array
 from planner.quantities import INDEX
 from planner.telemetry.logs import Telemetry
-from planner.telemetry.logs.checks import MOST_UNEVEN, UNEVEN
 from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations, slopes_of
 
 AHEAD = 50
 """Rows among which one comes without delay, and so shows when those before it were measured."""
 GAP = 1.2
 """Factor on the usual time of so many rows above which rows are missing among them."""
-
-
-def has_uneven_clock(log: Telemetry) -> bool:
-    """Whether many rows are not one usual interval after the row before."""
-    steps = np.diff(log.time)[np.diff(log.run) == 0]
-    usual = float(np.median(steps)) if len(steps) else 0.0
-    odd = np.abs(steps - usual) > UNEVEN * usual
-    return bool(len(steps) and odd.mean() > MOST_UNEVEN)
 
 
 def with_even_clock(log: Telemetry) -> Telemetry | None:

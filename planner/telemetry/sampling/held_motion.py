@@ -30,7 +30,7 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.sampling.accelerations import SPEEDS, put_accelerations, slopes_of
 
 ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
-LONGEST_HOLD = 0.5
+SLOWEST_SENSOR = 0.5
 """s between updates; what is slower than that is no sensor of the motion, but a set-point."""
 ALIKE_HOLDS = 0.8
 """Share of the updates that come a usual number of rows after the last, or one more or less."""
@@ -77,7 +77,7 @@ def _updates(log: Telemetry, values: Array) -> Integers | None:
     usual = np.median(holds)
     lasts = usual * float(np.median(log.interval))
     alike = np.mean(np.abs(holds - usual) <= (1.0 if usual > 2.0 else 0.0))
-    if usual < 2.0 or lasts > LONGEST_HOLD or alike < ALIKE_HOLDS:
+    if usual < 2.0 or lasts > SLOWEST_SENSOR or alike < ALIKE_HOLDS:
         return None
     seen = np.union1d(new, np.flatnonzero(begins))
     return np.sort(np.concatenate([seen, *_unseen(seen, len(log), int(usual))]))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner.quantities import INDEX
-from planner.telemetry.sampling.even_clock import has_uneven_clock, with_even_clock
+from planner.telemetry.sampling.even_clock import with_even_clock
 from tests.hidden_effects.laboratory.instruments import arrivals
 from tests.telemetry.rows import STEP, plain_log
 
@@ -36,7 +36,7 @@ def arrived(log, seed=1):
 
 def test_bunches_are_taken_apart(speeding):
     late = arrived(speeding)
-    assert has_uneven_clock(late)
+    assert late.has_uneven_clock()
     even = with_even_clock(late)
     inside = np.abs(np.diff(even.time) - np.diff(speeding.time)) < 0.01 * STEP
     assert inside.mean() > 0.98
@@ -52,7 +52,7 @@ def test_lost_rows_stay_lost(speeding):
 
 
 def test_an_even_clock_is_one(speeding):
-    assert not has_uneven_clock(speeding)
+    assert not speeding.has_uneven_clock()
     assert with_even_clock(speeding).time == pytest.approx(speeding.time)
 
 
@@ -61,4 +61,4 @@ def test_measured_accelerations_and_short_runs_stay(speeding):
     assert np.all(with_even_clock(measured).rows[:, INDEX["ax"]] == 0.0)
     short = plain_log([12, 9])
     assert with_even_clock(short) is None
-    assert not has_uneven_clock(short)
+    assert not short.has_uneven_clock()
