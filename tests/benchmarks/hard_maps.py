@@ -8,9 +8,10 @@
 
 Obstacles: the catalogue's warehouse, and three maps made here from a seed: rows of shelves on
 rolling ground, rocks strewn over hills, and a maze. Relief: Jacksboro at its own scale and at
-1:100. Every question has a new goal on a map that this process knows already. "No route" asks for a
-walled-in goal. Times are CPU seconds of all threads, so that other work on the machine counts
-little; on two idle cores an answer takes between half of them and all.
+1:100. Every question has a new goal on a map that this process knows already. Loaded relief is that
+at 1:100 with payloads that it may be too steep for. "No route" asks for a walled-in goal. Times are
+CPU seconds of all threads, so that other work on the machine counts little; on two idle cores an
+answer takes between half of them and all.
 """
 
 from __future__ import annotations
@@ -49,7 +50,11 @@ KINDS = {
     "relief": ("jacksboro-1to100", "jacksboro"),
 }
 """Maps by the kind of ground, which the bars are for."""
-COUNT = {"obstacles": 10, "relief": 20}
+LOADED = ("jacksboro-1to100 loaded",)
+"""Relief that is crossed with payloads, some of which find no route."""
+PAYLOADS = (4.0, 6.0, 8.0, 10.0, 12.0)
+"""kg on a robot of 12 kg."""
+COUNT = {"obstacles": 10, "relief": 20, "loaded relief": 20}
 """Questions on each map."""
 WALLED = ("shelves walled", "rocks walled", "maze walled")
 """Maps with a goal that nothing leads to."""
@@ -152,9 +157,9 @@ MADE = {"shelves": shelves, "rocks": rocks, "maze": maze}
 
 def made(name: str, seed: int) -> Terrain:
     """A map by its name; ``seed`` is for those that are made here."""
-    kind = name.removesuffix(" walled")
+    kind = name.removesuffix(" walled").removesuffix(" loaded")
     if kind not in MADE:
-        return open_map(name)
+        return open_map(kind)
     terrain = MADE[kind](seed)
     return walled(terrain) if name != kind else terrain
 
@@ -201,6 +206,14 @@ def places(terrain: Terrain, count: int, seed: int) -> Iterator[dict[str, Any]]:
         yield {"start": start, "goal": goal}
 
 
+def questions(name: str, terrain: Terrain, count: int, seed: int) -> Iterator[dict[str, Any]]:
+    """Places, and on loaded relief a payload with each."""
+    rng = np.random.default_rng([seed, len(PAYLOADS)])
+    for asked in places(terrain, count, seed):
+        mass = float(rng.choice(PAYLOADS))
+        yield asked | ({"payload": {"mass": mass}} if name.endswith("loaded") else {})
+
+
 def _leads(field: CostField, lattice: Lattice, start: Place, goal: Place) -> bool:
     """Whether the grid has a path from start to goal."""
     to_go = cost_to_go(field, lattice, goal, start=start)
@@ -221,7 +234,7 @@ def ask(terrain: Terrain, asked: dict[str, Any], **further: Any) -> dict[str, An
 def measured(name: str, terrain: Terrain, count: int, seed: int) -> dict[str, Any]:
     """Answers on one map by name of their question; the first one warms the map up."""
     found = {}
-    for k, asked in enumerate(places(terrain, count + 1, seed)):
+    for k, asked in enumerate(questions(name, terrain, count + 1, seed)):
         one = ask(terrain, asked)
         if k == 0:
             continue
@@ -243,7 +256,7 @@ def spread(answers: dict[str, Any], key: str = "cpu_s") -> dict[str, float]:
 def times(seed: int = SEED, count: int | None = None) -> dict[str, Any]:
     """CPU seconds of warm answers by kind of ground, for ``make bench``."""
     found: dict[str, Any] = {}
-    for kind, names in KINDS.items():
+    for kind, names in {**KINDS, "loaded relief": LOADED}.items():
         answers = {}
         for name in names:
             answers |= measured(name, made(name, seed), count or COUNT[kind], seed)
@@ -252,7 +265,7 @@ def times(seed: int = SEED, count: int | None = None) -> dict[str, Any]:
     for name in WALLED:
         answers |= measured(name, made(name, seed), count or COUNT["obstacles"], seed)
     found["no route"] = {"maps": WALLED, "cpu_s": spread(answers)}
-    warm = [found[kind]["wall_s"] for kind in KINDS]
+    warm = [found[kind]["wall_s"] for kind in (*KINDS, "loaded relief")]
     found["bar"] = "wall p50 ≤ 0.25 s, p95 ≤ 0.8 s, worst ≤ 2 s; no route: p95 at most twice that"
     found["holds"] = (
         all(one[name] <= bar for one in warm for name, bar in BARS.items())
@@ -330,7 +343,7 @@ def main() -> None:
     parser.add_argument("--against", type=Path)
     parser.add_argument("--profile", action="store_true")
     chosen = parser.parse_args()
-    kinds = {**KINDS, "no route": WALLED}
+    kinds = {**KINDS, "loaded relief": LOADED, "no route": WALLED}
     own: dict[str, Terrain] = {}
     if chosen.terrain:
         own = own_maps(chosen.terrain)
