@@ -10,9 +10,12 @@ moments, and set-points, are predicted worse by them.
 
 from __future__ import annotations
 
+import numpy as np
+
 from planner.power.model import PowerModel
 from planner.telemetry.holdout import metered_base_fit, overall_error
 from planner.telemetry.logs import Finding, Meter
+from planner.telemetry.prediction import predict
 from planner.telemetry.sampling import LogSource, findings_of_accelerations
 from planner.telemetry.tilt_filter import CLEARLY_LESS
 
@@ -28,22 +31,27 @@ def as_measured(source: LogSource, start: PowerModel) -> LogSource:
 
 
 def _on_even_clock(source: LogSource, start: PowerModel) -> LogSource:
-    if not source.sample.has_uneven_clock():
-        return source
-    # The checks that pass by once leave this to who knows which clock is the right one.
-    usual = source.with_findings(findings_of_accelerations(source.sample))
-    even = source.evenly_timed()
+    uneven = source.sample.has_uneven_clock()
+    even = source.evenly_timed() if uneven else None
     # A meter beside uneven rows takes long, and would make good what the times are wrong by.
-    if even is None or not _predicts_better(even, usual, start, (None,)):
-        return usual
+    if even is None or not _predicts_better(even, source, start, (None,)):
+        return _with_odd_accelerations(source)
     said = "time: rows arrive in bunches; taken at the even moments at which they were measured"
-    found = [Finding("arrival times", "time", 0, said), *findings_of_accelerations(even.sample)]
     # A gap between arrivals is none where the rows after it were late.
+    even = even.without_findings("gap").with_findings([Finding("arrival times", "time", 0, said)])
     gaps = len(even.sample.segments()) - len(even.sample.run_pieces())
-    if gaps:
-        text = f"time: {gaps} gaps between these moments in {len(even.sample)} rows; no derivative "
-        found.append(Finding("gap", "time", gaps, f"{text}is taken across a gap"))
-    return even.without_findings("gap").with_findings(found)
+    if gaps and even.complete:
+        text = f"time: {gaps} gaps between these moments; no derivative is taken across a gap"
+        even = even.with_findings([Finding("gap", "time", gaps, text)])
+    return _with_odd_accelerations(even)
+
+
+def _with_odd_accelerations(source: LogSource) -> LogSource:
+    """With what the checks that pass by once leave to who knows which clock is the right one."""
+    known = {(finding.kind, finding.column) for finding in source.sample.report}
+    found = findings_of_accelerations(source.sample)
+    found = [one for one in found if (one.kind, one.column) not in known]
+    return source.with_findings(found) if found else source
 
 
 def _between_updates(source: LogSource, start: PowerModel) -> LogSource:
@@ -61,6 +69,8 @@ def _predicts_better(
     known: tuple[Meter | None] | None = None,
 ) -> bool:
     """Whether held-out runs are predicted clearly better; ``known`` is as for the fit."""
+    if not np.isfinite(predict(start, source.sample)).all():
+        return False  # its caller says so
     usual, changed = (
         overall_error(*metered_base_fit(one.steady().sample, start, known))
         for one in (source, other)

@@ -52,8 +52,10 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
         for kind in kinds:
             motions = [one.steady() for one in kind]
             likeliest += followed_motions(source, start, motions, settled=settled)[:1]
-    if kinds and not (settled or any(one.tilt_filter for one in likeliest)):
-        likeliest += _predicting(source, start, first)
+    kept = {bool(one.tilt_lag) for one in likeliest}
+    others = [one for one in first if bool(one.tilt_lag) not in kept]
+    if others and not settled:
+        likeliest += _predicting(source, start, others)
     if not likeliest:
         return source
     usual = overall_error(*metered_base_fit(source.steady().sample, start))
@@ -70,9 +72,9 @@ def with_true_tilt(source: LogSource, start: PowerModel, *, settled: bool = Fals
 
 
 def _predicting(
-    source: LogSource, start: PowerModel, freed: Sequence[LogSource]
+    source: LogSource, start: PowerModel, others: Sequence[LogSource]
 ) -> list[LogSource]:
-    """Of a log with other tilts, the one that held-out runs support, if any.
+    """Of logs with other tilts, the one that held-out runs support, if any.
 
     A model that is fitted to tilts with accelerations, or to late ones, is bent, and beside it the
     power need not seem likelier by others. Fits to both show it, alone or beside usual errors of
@@ -80,14 +82,14 @@ def _predicting(
     """
     usual = source.steady().sample
     log = meter_beside(usual, base_fit(usual, start).model)
-    logs = [log, *(replace(one.sample, meter=log.meter) for one in freed)]
+    logs = [log, *(replace(one.sample, meter=log.meter) for one in others)]
     fits = [base_fit(each, start) for each in logs]
     given = [
         given_columns(each, fit.model, fit.watts) for each, fit in zip(logs, fits, strict=True)
     ]
     for beside in ([None] * len(logs), given):
         before, *after = map(heldout_residual, logs, fits, beside)
-        left, best = min(zip(after, freed, strict=True), key=lambda each: rms(each[0]))
+        left, best = min(zip(after, others, strict=True), key=lambda each: rms(each[0]))
         if supports(log, before, left, fits[0].spread):
             return [best]
     return []

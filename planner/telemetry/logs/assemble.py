@@ -165,7 +165,7 @@ class Assembler:
         for k in np.flatnonzero(late)[:1]:
             said = f"runs backwards by {latest[k] - time[k]:.6g} s in row {rows[k]}, run "
             self.checks.late = self.checks.late or said + repr(names[int(run[k])])
-        self.checks.leave_out("late", "time", rows[late])
+        self.checks.add_late(late, rows)
         repeated = same & (time == latest)
         self.checks.leave_out("doubled", "time", rows[repeated])
         known = self._last[0]
@@ -235,7 +235,7 @@ class Assembler:
                 values.get("roll", zero), values.get("pitch", zero), gravity=STANDARD_GRAVITY
             )
         gravity = computed | {k: v for k, v in values.items() if k.startswith("gravity")}
-        x, y = gravity["gravity_x"], gravity.get("gravity_y", zero)
+        x, y = (np.nan_to_num(gravity.get(name, zero)) for name in ("gravity_x", "gravity_y"))
         if "gravity_normal" not in gravity:
             normal = np.sqrt(np.maximum(STANDARD_GRAVITY**2 - (x**2 + y**2), LEAST_GRAVITY_SQUARED))
             computed["gravity_normal"] = gravity["gravity_normal"] = normal

@@ -24,6 +24,8 @@ MOST_RAGGED = 0.05
 """Share of rows with a wrong number of cells; above it, the file is not a table."""
 MOST_BACKWARDS = 0.01
 """Share of rows before an earlier one that are stragglers of a buffer; more are another drive."""
+MOST_STRAGGLERS = 5
+"""Late rows one after the other; after more, a buffer is empty, and it is the clock."""
 LONGEST_PLAUSIBLE_INTERVAL = 100.0
 """s between samples; at this or more, time is not in seconds."""
 LATEST_PLAUSIBLE_TIME = 1e11
@@ -45,7 +47,7 @@ _VARY = ("vx", "vy", "wz", "power", "ax", "ay", "roll", "pitch", "battery_voltag
 _REASONS = {
     "missing": "no value",
     "impossible": "a value that cannot be",
-    "doubled": "the time of the row before",
+    "doubled": "the time of a row before",
     "late": "a time before that of an earlier row",
 }
 _UNBELIEVABLE = "unbelievable"
@@ -93,6 +95,8 @@ class Checks:
     seen: int = 0
     notes: list[Finding] = field(default_factory=list)
     ragged: list[int] = field(default_factory=list)
+    streak: int = 0
+    """Late rows since the last one that was not."""
     late: str = ""
     """The first time that is before an earlier one, as an error says it."""
     odd: dict[tuple[str, str], _Count] = field(default_factory=dict)
@@ -113,6 +117,28 @@ class Checks:
         """Count rows that do not enter the result."""
         if len(rows):
             self.odd.setdefault((kind, column), _Count(int(rows[0]))).rows += len(rows)
+
+    def add_late(self, late: Mask, rows: Integers) -> None:
+        """Rows (n,) whose time is before that of an earlier one, at most a few in a row.
+
+        Raises:
+            LogError: so many that the clock was set back, or a time is far ahead.
+        """
+        self.leave_out("late", "time", rows[late])
+        if not late.any():
+            self.streak = 0
+            return
+        for one in late:
+            self.streak = self.streak + 1 if one else 0
+            if self.streak > MOST_STRAGGLERS:
+                self._refuse_late()
+
+    def _refuse_late(self) -> None:
+        raise LogError(
+            f"{self.where}: time",
+            self.late,
+            accepted="time that increases within a run; another label after a restart",
+        )
 
     def disbelieve(self, column: str, rows: Integers) -> None:
         """Count impossible cells of an optional column, which are taken as not known."""
@@ -181,12 +207,8 @@ class Checks:
                 if kind == judged and odd.rows > MOST_IMPOSSIBLE * self.seen:
                     self._refuse_unit(column, odd)
         late = self.odd.get(("late", "time"), _Count(0))
-        if late.rows > MOST_BACKWARDS * self.seen:
-            raise LogError(
-                f"{self.where}: time",
-                self.late,
-                accepted="time that increases within a run; another label after a restart",
-            )
+        if finished and late.rows > MOST_BACKWARDS * self.seen:
+            self._refuse_late()
         if len(self.ragged) > MOST_RAGGED * (self.seen + len(self.ragged)):
             raise LogError(
                 self.where,

@@ -1,6 +1,7 @@
 """Motion between the updates of a sensor that is slower than the log.
 
-    log = with_motion_between_updates(log)      # None where no channel is held
+    holds = holds_of(log)                            # rows of speeds and angles, 0 where not held
+    log = with_motion_between_updates(log, holds)    # the same rows; held channels differ
 
 A recorder with one row for all channels repeats the last value of a slower one. A speed of 10 Hz in
 rows of 40 Hz stands still for three rows and then jumps: its change seems to be four times as large
@@ -19,6 +20,7 @@ Source
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,70 +35,99 @@ ATTITUDE = "gravity_x", "gravity_y", "gravity_normal"
 SLOWEST_SENSOR = 0.5
 """s between updates; what is slower than that is no sensor of the motion, but a set-point."""
 ALIKE_HOLDS = 0.8
-"""Share of the updates that come a usual number of rows after the last, or one more or less."""
+"""Share of the updates that come about a usual number of rows after the last: 2.5 are 2 and 3."""
 FEWEST_UPDATES = 20
 """Updates that say how regular they are."""
+GROUPS = SPEEDS, ATTITUDE
+Holds = tuple[float, float]
+"""Rows between updates of the speeds and of the angles; 0 where each row may have one."""
 
 
-def with_motion_between_updates(log: Telemetry) -> Telemetry | None:
+def holds_of(log: Telemetry) -> Holds:
+    """How many rows a recorder repeats speeds and angles for."""
+    speeds, angles = (_rows_of(log, _values(log, group)) for group in GROUPS)
+    return speeds, angles
+
+
+def with_motion_between_updates(log: Telemetry, holds: Holds) -> Telemetry:
     """The log with speeds and angles that go from one update to the next.
 
     Args:
         log: the rows as read.
+        holds: from ``holds_of``.
 
     Returns:
-        A log with the same rows; held speeds, accelerations that follow from them and were not
-        measured, and held angles differ. None where no channel is held.
+        A log with the same rows. Held speeds and held angles differ, and what follows from them
+        and was not measured: accelerations, and changes of the slope.
     """
-    rows, found = log.rows.copy(), False
-    for group in (SPEEDS, ATTITUDE):
-        columns = [INDEX[name] for name in group]
-        updates = _updates(log, rows[:, columns])
-        if updates is not None:
-            found = True
-            rows[:, columns] = _between(log, rows[:, columns], updates)
-    if not found:
-        return None
+    rows = log.rows.copy()
+    for group, usual in zip(GROUPS, holds, strict=True):
+        values = _values(log, group)
+        if usual and np.isfinite(values).all():
+            rows[:, [INDEX[name] for name in group]] = _between(log, values, int(usual))
     log = replace(log, rows=rows)
-    slopes = slopes_of(log, rows[:, [INDEX[name] for name in SPEEDS]])
-    put_accelerations(log, rows, np.arange(len(log)), slopes)
+    if holds[0]:
+        put_accelerations(log, rows, np.arange(len(log)), slopes_of(log, _values(log, SPEEDS)))
+    if holds[1] and "slope_rate" not in log.present:
+        x, y, normal = _values(log, ATTITUDE).T
+        slope = np.arctan2(np.hypot(x, y), normal)
+        rows[:, INDEX["slope_rate"]] = np.abs(slopes_of(log, slope[:, None])[:, 0])
     return log
 
 
-def _updates(log: Telemetry, values: Array) -> Integers | None:
-    """Rows of updates, and first rows of stretches; None where each row may be one."""
-    changed = np.any(values[1:] != values[:-1], axis=1)
-    begins = np.zeros(len(log), np.bool_)
-    begins[[start for start, _ in log.segments()]] = True
-    new = np.flatnonzero(np.append(False, changed) & ~begins)
-    number = np.cumsum(begins)
+def _values(log: Telemetry, group: Sequence[str]) -> Array:
+    return log.rows[:, [INDEX[name] for name in group]]
+
+
+def _rows_of(log: Telemetry, values: Array) -> float:
+    """Rows between updates of channels (n, k) that are held; 0 where they are not."""
+    new, number = _changes(log, values)
     # Only between two changes of one stretch is a hold seen from its beginning to its end.
     holds = np.diff(new)[number[new[1:]] == number[new[:-1]]]
-    if len(holds) < FEWEST_UPDATES:
-        return None
-    usual = np.median(holds)
-    lasts = usual * float(np.median(log.interval))
-    alike = np.mean(np.abs(holds - usual) <= (1.0 if usual > 2.0 else 0.0))
-    if usual < 2.0 or lasts > SLOWEST_SENSOR or alike < ALIKE_HOLDS:
-        return None
-    seen = np.union1d(new, np.flatnonzero(begins))
-    return np.sort(np.concatenate([seen, *_unseen(seen, len(log), int(usual))]))
+    if len(holds) < FEWEST_UPDATES or not np.isfinite(values).all():
+        return 0.0
+    usual = float(np.median(holds))
+    alike = np.mean((np.abs(holds - usual) <= 1.0) & (holds > 1))
+    slow = usual * float(np.median(log.interval)) > SLOWEST_SENSOR
+    return 0.0 if usual < 2.0 or slow or alike < ALIKE_HOLDS else usual
 
 
-def _unseen(seen: Integers, rows: int, usual: int) -> list[Integers]:
-    """Rows of updates that brought the same value again, as at rest: the usual number apart."""
-    ends = np.append(seen[1:], rows)
-    return [np.arange(a + usual, b - usual // 2, usual) for a, b in zip(seen, ends, strict=True)]
+def _changes(log: Telemetry, values: Array) -> tuple[Integers, Integers]:
+    """Rows that differ from the one before in their stretch, and (n,) number of every stretch."""
+    begins = np.zeros(len(log), np.bool_)
+    begins[[start for start, _ in log.segments()]] = True
+    changed = np.append(False, np.any(values[1:] != values[:-1], axis=1))
+    return np.flatnonzero(changed & ~begins), np.cumsum(begins)
 
 
-def _between(log: Telemetry, values: Array, updates: Integers) -> Array:
+def _between(log: Telemetry, values: Array, usual: int) -> Array:
     """Values (n, k) between the updates of each stretch; after its last one they are held."""
     between = values.copy()
+    new, _ = _changes(log, values)
     for start, stop in log.segments():
-        known = updates[(updates >= start) & (updates < stop)]
+        known = _updates(new[(new >= start) & (new < stop)], start, stop, usual)
         if len(known) > 1:
-            time = log.time[start : known[-1] + 1]
-            # It keeps a stand a stand, where a spline would swing before and after.
-            curve = Akima1DInterpolator(log.time[known], values[known])
-            between[start : known[-1] + 1] = curve(time)
+            part = slice(start, known[-1] + 1)
+            between[part] = _curve(log.time[part], log.time[known], values[known])
     return between
+
+
+def _updates(new: Integers, start: int, stop: int, usual: int) -> Integers:
+    """Rows of a stretch's updates; those that brought the same value again, too, as at rest."""
+    seen = np.append(start, new)
+    ends = np.append(new, stop)
+    same = [np.arange(a + usual, b - usual // 2, usual) for a, b in zip(seen, ends, strict=True)]
+    return np.sort(np.concatenate([seen, *same]))
+
+
+def _curve(time: Array, known: Array, values: Array) -> Array:
+    """Values (n, k) at times (n,) between those (m, k) at ``known`` (m,)."""
+    if len(known) == 2:
+        share = ((time - known[0]) / (known[1] - known[0]))[:, None]
+        return np.asarray(values[0] + share * (values[1] - values[0]))
+    curve = np.asarray(Akima1DInterpolator(known, values)(time))
+    # What comes to rest, or stays on one side, does not swing to the other: friction would turn.
+    after = np.clip(np.searchsorted(known, time, side="right"), 1, len(known) - 1)
+    low = np.minimum(values[after - 1], values[after])
+    high = np.maximum(values[after - 1], values[after])
+    return np.clip(curve, np.where(low >= 0.0, 0.0, -np.inf), np.where(high <= 0.0, 0.0, np.inf))

@@ -33,7 +33,11 @@ from planner.telemetry.logs import (
 )
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
 from planner.telemetry.sampling.even_clock import with_even_clock
-from planner.telemetry.sampling.held_motion import with_motion_between_updates
+from planner.telemetry.sampling.held_motion import (
+    Holds,
+    holds_of,
+    with_motion_between_updates,
+)
 from planner.telemetry.sampling.late_odometry import (
     has_tilt,
     with_earlier_tilt,
@@ -93,7 +97,8 @@ class LogSource:
         rested: whether that filter felt nothing before each run.
         even: whether rows stand at the even moments at which they were measured, not at those at
             which they arrived.
-        between: whether channels that are slower than the log go from update to update.
+        holds: rows between updates of speeds and of angles that go from one to the next; 0 where
+            they are as read.
     """
 
     sample: Telemetry
@@ -112,7 +117,7 @@ class LogSource:
     tilt_filter: float = 0.0
     rested: bool = False
     even: bool = False
-    between: bool = False
+    holds: Holds = (0.0, 0.0)
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -168,8 +173,10 @@ class LogSource:
 
     def between_updates(self) -> LogSource | None:
         """The log, as it was opened, with motion between updates; None where none is held."""
-        sample = with_motion_between_updates(self.sample)
-        return None if sample is None else replace(self, sample=sample, between=True)
+        holds = holds_of(self.sample)
+        if not any(holds):
+            return None
+        return replace(self, sample=with_motion_between_updates(self.sample, holds), holds=holds)
 
     def earlier_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
@@ -278,9 +285,10 @@ class LogSource:
         else:
             for chunk in _whole_runs(self._read()):
                 if self.even:
-                    chunk = _or_as_it_is(with_even_clock(chunk), chunk)
-                if self.between:
-                    chunk = _or_as_it_is(with_motion_between_updates(chunk), chunk)
+                    even = with_even_clock(chunk)
+                    chunk = chunk if even is None else even
+                if any(self.holds):
+                    chunk = with_motion_between_updates(chunk, self.holds)
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:
@@ -301,7 +309,7 @@ class LogSource:
         whole = self.sample if self.log is None else self.log
         tilt = self.tilt_lag, self.tilt_filter, self.rested
         reading = self.steady_rows, self.half_width, self.apart, self.ahead, self.lag, *tilt
-        said = self.mapping, *reading, self.even, self.between, whole.run_names, whole.surfaces
+        said = self.mapping, *reading, self.even, self.holds, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())
@@ -322,11 +330,6 @@ class LogSource:
             "derived": list(log.derived),
             "assumed": list(log.assumed),
         }
-
-
-def _or_as_it_is(changed: Telemetry | None, chunk: Telemetry) -> Telemetry:
-    """A chunk whose rows alone may be too few to be changed."""
-    return chunk if changed is None else changed
 
 
 def open_source(

@@ -363,7 +363,9 @@ def arrivals(rng: np.random.Generator, taken: Array) -> Array:
     while k < len(taken):
         waiting = int(rng.integers(1, 5)) if rng.random() < BUNCHED else 0
         last = min(k + waiting, len(taken) - 1)
-        arrival[k : last + 1] = taken[last] + 1e-3 * np.arange(last + 1 - k)
+        after = taken[last + 1] - taken[last] if last + 1 < len(taken) else 1.0
+        apart = min(1e-3, 0.2 * after)
+        arrival[k : last + 1] = taken[last] + apart * np.arange(last + 1 - k)
         k = last + 1
     return arrival
 

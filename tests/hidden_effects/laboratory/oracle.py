@@ -89,21 +89,22 @@ class Oracle:
     def of(cls, log: Log) -> Oracle:
         """Fit, hold out, and compare with the rivals; of all readings of the rows, the best."""
         imu = log.truth.instruments
-        read = _as_recorded(open_source(Telemetry.read(log.path, log.mapping)), imu)
+        logged = open_source(Telemetry.read(log.path, log.mapping))
+        read = _as_recorded(logged, imu)
         tilts = sorted(
             (read, *read.earlier_tilts(), *read.freed_tilts()),
             key=lambda s: (abs(s.tilt_filter - imu.angle_filter), abs(s.tilt_lag - imu.angle_lag)),
         )
         rows = {
-            (tilt.tilt_lag, tilt.tilt_filter, s.steady_rows, s.half_width, s.apart): s.sample
-            for tilt in {id(each): each for each in (read, tilts[0])}.values()
-            for s in (tilt, *tilt.readings())
+            (s.even, s.holds, s.tilt_lag, s.tilt_filter, s.steady_rows, s.half_width, s.apart): s
+            for each in (logged, read, tilts[0])
+            for s in (each, *each.readings())
         }
         start = _with_what_is_there(starting_model(log.sheet), starting_model(log.robot))
         slugs = [slug for slug in log.truth.hidden if slug in log.truth.there]
         told = _told(start, log, slugs, read.sample)
         fits, floors = [], []
-        for each in rows.values():
+        for each in (source.sample for source in rows.values()):
             known = replace(each, power=each.power - log.truth.outside_power)
             fits.append(_Fit(known, candidate_library(start, known), log, slugs))
             floors += [fits[-1].heldout_rmse(), heldout_rmse(*metered_base_fit(known, told))]

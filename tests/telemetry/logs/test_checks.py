@@ -266,3 +266,14 @@ def test_a_late_row_is_left_out_wherever_blocks_end(tmp_path: Path, block: int) 
     assert [f.sentence for f in parts[-1].report if f.kind == "late"] == [
         "time: 2 rows with a time before that of an earlier row left out, the first is row 134"
     ]
+
+
+@pytest.mark.parametrize("ahead", [False, True])
+def test_a_clock_that_was_set_is_no_late_row(tmp_path: Path, ahead: bool) -> None:
+    """Back from a row on, for less than a hundredth of the rows; or one row far ahead."""
+    columns = table(4000, runs=1, interval=0.05)
+    time = columns["time"].copy()
+    time[slice(3000, 3001) if ahead else slice(3000, None)] += 100.0 if ahead else -1.0
+    row = 3002 if ahead else 3001
+    with pytest.raises(LogError, match=f"time: runs backwards by .* in row {row}"):
+        Telemetry.read(written(tmp_path, columns | {"time": time}))
