@@ -97,7 +97,8 @@ class Oracle:
         )
         rows = {
             (s.even, s.holds, s.tilt_lag, s.tilt_filter, s.steady_rows, s.half_width, s.apart): s
-            for each in (logged, read, tilts[0])
+            # A meter beside uneven rows takes minutes, and is wrong.
+            for each in (read if imu.bunched else logged, read, tilts[0])
             for s in (each, *each.readings())
         }
         start = _with_what_is_there(starting_model(log.sheet), starting_model(log.robot))
