@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -45,10 +46,12 @@ FILTER_GAIN = 6.0
 """Log-likelihood by which a filter must lead a plain delay."""
 LEAST_LAG_ROWS = 0.3
 """Rows by which readings must be late or early; less is what rows average over."""
-TIME_CONSTANTS = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
-"""Rows; where the search begins."""
-DELAYS = (-1.0, -0.5, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Rows; where the search for a plain delay begins."""
+LEADS = (-1.0, -0.5)
+"""Rows by which readings lead where the search for a delay begins."""
+LEAST_START, START_RATIO = 0.5, math.sqrt(2.0)
+"""Rows of the least time constant and delay where the search begins, and between next ones."""
+LONGEST_START, START_ROWS = 1.0, 8.0
+"""s and rows; it begins up to the longer of them."""
 LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
@@ -60,7 +63,8 @@ truth is held with them is in docs/naming.md."""
 NEAR_GAIN = 6.0
 """Log-likelihood that a search may still gain over where it begins."""
 FIRST_STEP, ERROR_STEP = 0.3, 0.1
-"""Rows, or logarithms of the time constant: first steps of a search, and of a derivative."""
+"""Rows, or logarithms of the time constant: first steps of a search, and of a derivative. The first
+step of a delay above a row is that share of it."""
 TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
 """Numbers of a meter that are fitted."""
 USUAL_LAGS, USUAL_FILTERS = (-0.5, 0.0, 0.5, 1.0), (0.0, 0.05, 0.2, 0.8)
@@ -153,7 +157,8 @@ class _Search:
         def cost(x: Array) -> float:
             return -self.score(at(x))
 
-        simplex = begin + FIRST_STEP * np.vstack([np.zeros(len(begin)), np.eye(len(begin))])
+        sizes = [max(abs(x), 1.0) if n == DELAY else 1.0 for n, x in zip(names, begin, strict=True)]
+        simplex = begin + FIRST_STEP * np.vstack([np.zeros(len(begin)), np.diag(sizes)])
         options: Any = {"xatol": 0.01, "fatol": 0.05, "maxfev": 60, "initial_simplex": simplex}
         found = minimize(cost, begin, method="Nelder-Mead", options=options)
         return at(found.x), -float(found.fun)
@@ -257,32 +262,45 @@ def likelihoods(
     return found
 
 
+def _lags(interval: float) -> list[float]:
+    """s, where searches for a time constant and a delay begin with rows of ``interval`` s."""
+    longest = min(max(LONGEST_START, START_ROWS * interval), Meter.LONGEST_LAG)
+    count = max(math.log(longest / (LEAST_START * interval), START_RATIO), 0.0)
+    return [LEAST_START * interval * START_RATIO**k for k in range(int(count) + 1)]
+
+
+def _leads(kind: Meter, interval: float) -> list[float]:
+    # A reading that is held may come at once.
+    return [*([0.0] if kind.sampling == "held" else []), *(rows * interval for rows in LEADS)]
+
+
 def _believed(search: _Search, filtering: bool, evenly: bool) -> Meter | None:
     interval = search.interval
     nothing = search.rows(None)
-    kinds = search.kinds()
+    kinds, lags = search.kinds(), _lags(interval)
     delays = [
-        replace(kind, delay_s=rows * interval)
-        for kind in kinds
-        for rows in ((0.0, *DELAYS) if kind.sampling == "held" else DELAYS)
-        if abs(rows) * interval <= Meter.LONGEST_LAG
+        [replace(kind, delay_s=lag) for lag in (*_leads(kind, interval), *lags)] for kind in kinds
     ]
     filters = [
-        replace(kind, time_constant_s=rows * interval)
+        replace(kind, time_constant_s=lag)
         for kind in ([Meter(sampling="window")] if evenly else kinds)
-        for rows in TIME_CONSTANTS
-        if filtering and rows * interval <= Meter.LONGEST_LAG
+        for lag in lags[::2]  # the peak over a time constant is wide
+        if filtering
     ]
     least = float(nothing.sum()) + LEAST_GAIN
-    if max(map(search.score, (*delays, *filters))) < least - NEAR_GAIN:
+    if max(map(search.score, (*chain(*delays), *filters))) < least - NEAR_GAIN:
         return None
-    plain, plain_score = search.best(delays, DELAY)
-    late, meter, score = False, plain, plain_score
+    # Power that jumps makes a sharp peak, which a start of another kind may hide.
+    each = [search.best(of_kind, DELAY) for of_kind in delays]
+    plain, plain_score = max(each, key=lambda found: found[1])
+    lagging, meter, score = False, plain, plain_score
     if filtering:
         after_plain = [] if evenly else [replace(plain, time_constant_s=interval)]
-        meter, score = search.best([*filters, *after_plain], *BOTH)
-        late = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
-    if late and score - plain_score > FILTER_GAIN:
+        first = max((*filters, *after_plain), key=search.score)
+        late = [replace(first, delay_s=lag) for lag in lags]
+        meter, score = search.best([first, *late], *BOTH)
+        lagging = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
+    if lagging and score - plain_score > FILTER_GAIN:
         found = _at_known_moment(search, meter, *BOTH)
     else:
         found = _at_known_moment(search, plain, DELAY)

@@ -7,10 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from planner.quantities import INDEX
 from planner.telemetry.estimation import with_meter
 from planner.telemetry.logs import Meter
 from planner.telemetry.parameters import free_places
 from planner.telemetry.prediction import predict
+from tests.telemetry.rows import plain_log
 
 
 def shown_by(meter: Meter | None, log, robot, *, noise: float, seed: int = 3):
@@ -40,6 +42,43 @@ def test_a_plain_delay_is_no_filter(motion, robot, base):
     assert meter is not None
     assert meter.time_constant_s == 0.0
     assert meter.delay_s == pytest.approx(0.6, abs=max(0.05, 2.0 * meter.delay_error_s))
+
+
+def driven_at(rate: float, swaying: bool):
+    """Six runs of 10 s whose speeds change at once, or sway, but for 0.3 s of acceleration."""
+    step, count = 1.0 / rate, round(60.0 * rate)
+    random, log = np.random.default_rng(17), plain_log([count // 6] * 6)
+    time = np.tile(step * np.arange(1.0, count // 6 + 1.0), 6)
+    rows, held, ramp = log.rows.copy(), round(1.2 * rate), max(round(0.3 * rate), 1)
+    for speed, derivative, most in (
+        ("vx", "ax", 0.7),
+        ("vy", "ay", 0.4),
+        ("wz", "yaw_acceleration", 0.8),
+    ):
+        values = np.repeat(random.uniform(-most, most, count // held + 1), held)[:count]
+        if swaying:
+            beats, phases = random.uniform(0.5, 2.5, 3), random.uniform(0.0, 6.0, 3)
+            waves = np.sin(np.outer(step * np.arange(count), beats) + phases)
+            values = most * waves.mean(axis=1)
+        values = np.convolve(values, np.ones(ramp) / ramp, "same")
+        rows[:, INDEX[speed]] = values
+        of_run = np.split(values, 6)
+        rows[:, INDEX[derivative]] = np.concatenate([np.gradient(v, step) for v in of_run])
+    return replace(log, rows=rows, time=time, interval=np.full(count, step))
+
+
+@pytest.mark.parametrize("swaying", [False, True])
+@pytest.mark.parametrize(
+    ("rate", "tau", "delay"),
+    [(100, 0.65, 0.12), (100, 0.15, 0.22), (100, 0.0, 0.24), (50, 0.0, 0.19), (20, 0.3, 0.26)],
+)
+def test_a_meter_many_rows_late_is_found(robot, base, rate, tau, delay, swaying):
+    """The search may not end at another peak of the likelihood, of a meter that comes at once."""
+    log = shown_by(Meter(tau, delay), driven_at(rate, swaying), robot, noise=0.2)
+    meter = with_meter(log, base, free_places(base, log)).meter
+    assert meter is not None
+    assert meter.time_constant_s == pytest.approx(tau, rel=0.1, abs=0.5 / rate)
+    assert meter.delay_s == pytest.approx(delay, abs=1.0 / rate)
 
 
 def test_a_filter_does_not_foresee_the_power(motion, robot, base):
