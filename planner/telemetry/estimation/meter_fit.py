@@ -19,7 +19,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -46,12 +45,13 @@ FILTER_GAIN = 6.0
 """Log-likelihood by which a filter must lead a plain delay."""
 LEAST_LAG_ROWS = 0.3
 """Rows by which readings must be late or early; less is what rows average over."""
-LEADS = (-1.0, -0.5)
-"""Rows by which readings lead where the search for a delay begins."""
 LEAST_START, START_RATIO = 0.5, math.sqrt(2.0)
 """Rows of the least time constant and delay where the search begins, and between next ones."""
-LONGEST_START, START_ROWS = 1.0, 8.0
-"""s and rows; it begins up to the longer of them."""
+LONGEST_START, LONGEST_LEAD, LONGEST_STEP = 3.0, 0.5, 0.1
+"""s; it begins at delays up to the first, at leads up to the second, no farther apart than the
+third: the peak of a delay is as wide as what the robot does at a time."""
+LONGEST_FILTER, START_ROWS = 1.0, 8.0
+"""s and rows; it begins at time constants up to the longer of them, as at delays and leads."""
 LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
@@ -262,43 +262,51 @@ def likelihoods(
     return found
 
 
-def _lags(interval: float) -> list[float]:
-    """s, where searches for a time constant and a delay begin with rows of ``interval`` s."""
-    longest = min(max(LONGEST_START, START_ROWS * interval), Meter.LONGEST_LAG)
-    count = max(math.log(longest / (LEAST_START * interval), START_RATIO), 0.0)
-    return [LEAST_START * interval * START_RATIO**k for k in range(int(count) + 1)]
+def _lags(interval: float, longest: float) -> list[float]:
+    """s up to ``longest`` or START_ROWS, where searches with rows of ``interval`` s begin."""
+    longest = min(max(longest, START_ROWS * interval), Meter.LONGEST_LAG)
+    lags = [LEAST_START * interval]
+    while (following := lags[-1] + min((START_RATIO - 1.0) * lags[-1], LONGEST_STEP)) <= longest:
+        lags.append(following)
+    return lags
 
 
-def _leads(kind: Meter, interval: float) -> list[float]:
-    # A reading that is held may come at once.
-    return [*([0.0] if kind.sampling == "held" else []), *(rows * interval for rows in LEADS)]
+def _likeliest_delay(search: _Search, late: Sequence[float]) -> tuple[Meter, float]:
+    """The likeliest meter without a filter, which may be ``late`` by some s, and its likelihood.
+
+    Power that jumps makes a sharp peak, which a start of another kind may hide.
+    """
+    interval = search.interval
+    leads = [-lag for lag in _lags(interval, LONGEST_LEAD)]
+    found = [search.best([Meter(delay_s=lag) for lag in (*leads, *late)], DELAY)]
+    middle = found[0][0].delay_s
+    for kind in search.kinds()[1:]:
+        # What is held is later by half of its period.
+        lags = (0.0, *(-interval, -0.5 * interval), middle, middle - 0.5 * kind.period_s)
+        found.append(search.best([replace(kind, delay_s=lag) for lag in lags], DELAY))
+    return max(found, key=lambda one: one[1])
 
 
 def _believed(search: _Search, filtering: bool, evenly: bool) -> Meter | None:
     interval = search.interval
     nothing = search.rows(None)
-    kinds, lags = search.kinds(), _lags(interval)
-    delays = [
-        [replace(kind, delay_s=lag) for lag in (*_leads(kind, interval), *lags)] for kind in kinds
-    ]
+    late = _lags(interval, LONGEST_START)
     filters = [
         replace(kind, time_constant_s=lag)
-        for kind in ([Meter(sampling="window")] if evenly else kinds)
-        for lag in lags[::2]  # the peak over a time constant is wide
+        for kind in ([Meter(sampling="window")] if evenly else search.kinds())
+        for lag in _lags(interval, LONGEST_FILTER)[::2]  # the peak over a time constant is wide
         if filtering
     ]
+    plain, plain_score = _likeliest_delay(search, late)
     least = float(nothing.sum()) + LEAST_GAIN
-    if max(map(search.score, (*chain(*delays), *filters))) < least - NEAR_GAIN:
+    if max([plain_score, *map(search.score, filters)]) < least - NEAR_GAIN:
         return None
-    # Power that jumps makes a sharp peak, which a start of another kind may hide.
-    each = [search.best(of_kind, DELAY) for of_kind in delays]
-    plain, plain_score = max(each, key=lambda found: found[1])
     lagging, meter, score = False, plain, plain_score
     if filtering:
         after_plain = [] if evenly else [replace(plain, time_constant_s=interval)]
         first = max((*filters, *after_plain), key=search.score)
-        late = [replace(first, delay_s=lag) for lag in lags]
-        meter, score = search.best([first, *late], *BOTH)
+        later = [replace(first, delay_s=lag) for lag in late]
+        meter, score = search.best([first, *later], *BOTH)
         lagging = meter.time_constant_s + meter.delay_s > LEAST_LAG_ROWS * interval
     if lagging and score - plain_score > FILTER_GAIN:
         found = _at_known_moment(search, meter, *BOTH)

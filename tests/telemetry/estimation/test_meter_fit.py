@@ -70,9 +70,18 @@ def driven_at(rate: float, swaying: bool):
 @pytest.mark.parametrize("swaying", [False, True])
 @pytest.mark.parametrize(
     ("rate", "tau", "delay"),
-    [(100, 0.65, 0.12), (100, 0.15, 0.22), (100, 0.0, 0.24), (50, 0.0, 0.19), (20, 0.3, 0.26)],
+    [
+        (100, 0.65, 0.12),
+        (100, 0.15, 0.22),
+        (100, 0.0, 0.24),
+        (50, 0.0, 0.19),
+        (20, 0.3, 0.26),
+        (20, 0.4, 1.8),
+        (100, 0.0, 2.53),
+        (50, 0.0, -0.2),
+    ],
 )
-def test_a_meter_many_rows_late_is_found(robot, base, rate, tau, delay, swaying):
+def test_a_meter_many_rows_late_or_early_is_found(robot, base, rate, tau, delay, swaying):
     """The search may not end at another peak of the likelihood, of a meter that comes at once."""
     log = shown_by(Meter(tau, delay), driven_at(rate, swaying), robot, noise=0.2)
     meter = with_meter(log, base, free_places(base, log)).meter
