@@ -15,20 +15,23 @@ Nothing is missing where the held-out error is near the floor and no regime stan
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 
 from planner.arrays import Array
 from planner.telemetry.belonging import apart
 from planner.telemetry.diagnosis.answer import Answer, Decision
+from planner.telemetry.diagnosis.formula_answers import (
+    formula_of_shape,
+    overlooked_formula,
+    without_effects,
+)
 from planner.telemetry.diagnosis.unexplained import (
     MOST_OVER_FLOOR,
     Unexplained,
     unexplained_by,
     without_slow,
 )
-from planner.telemetry.diagnosis.unknown_effect import propose
 from planner.telemetry.holdout import (
     LinearHeldout,
     heldout_residual,
@@ -39,12 +42,9 @@ from planner.telemetry.logs import Telemetry
 from planner.telemetry.noise import counted
 from planner.telemetry.selection import (
     Found,
-    Member,
-    ShapeFound,
     Tried,
     fitted_singles,
 )
-from planner.telemetry.terms import Addition
 
 MOST_OF_EXCESS = 0.5
 """Share of the squared error above the floor that a claim must take off: what is named explains
@@ -69,9 +69,10 @@ def decide(found: Found, floor: Array) -> Decision:
     log, selection = found.log, found.selection
     before = found.heldout(found.base)
     nothing = best = Answer(found.base, before)
-    searched, formula = _searched(found), _formula(found)
+    searched, formula = _searched(found), formula_of_shape(found)
     answers = [answer.left for answer in (nothing, searched, formula) if answer is not None]
     expected, floor = floor, _undercut(floor, answers)
+    formula = without_effects(found, formula, floor)
     left_by_nothing = unexplained_by(log, before, floor, found.base.watts)
     # What lasts is no noise: a claim that leaves most of it is not the main cause.
     expected = without_slow(expected, before, left_by_nothing.slow_w)
@@ -132,7 +133,7 @@ def decide(found: Found, floor: Array) -> Decision:
 
     if not wins(formula):
         little = left_by_nothing.little
-        other = _overlooked(found, floor, before if little else None)
+        other = overlooked_formula(found, floor, before if little else None)
         formula = formula if little and other is None else other
         if little and other is not None and not best.claims and not wins(other):
             # Too unsure for a formula, it is surer than noise: the floor holds slow power.
@@ -214,56 +215,6 @@ def _searched(found: Found) -> Answer | None:
     return Answer(
         found.fitted, left, members, found.additions, aliases=aliases, beside=found.beside
     )
-
-
-def _formula(found: Found) -> Answer | None:
-    """A formula for the shape that the catalogue does not explain, beside what was selected."""
-    shape, examination = found.selection.shape, found.examination
-    members = tuple(m for m in found.selection.members if not m.sensor)
-    if shape is None:
-        return None
-    if shape.near and (shape.alone or not members) and not found.corrections:
-        return None
-    axis = examination.competitors.dictionary.shapes[shape.number].axis
-    if shape.alone:
-        return _with_formula(found, shape, axis)
-    return _with_formula(found, shape, axis, members, found.additions)
-
-
-def _overlooked(found: Found, floor: Array, little: Array | None) -> Answer | None:
-    """A formula for the shape that predicts held-out runs best, where the search found none good.
-
-    A search tests by the scatter within the log. Of what lasts for a run, few runs say little, and
-    beside effects that are not there a shape looks smaller than it is. The floor may take it for
-    slow noise, too. Then the shape must show that the floor is too high by what decides.
-
-    Args:
-        found: state of the search.
-        floor: (n,) W.
-        little: (n,) W, held-out residual of the model, where that is near the floor; else None.
-    """
-    most = math.inf if little is None else rms(counted(little, floor)) / MOST_OVER_FLOOR
-    shape = found.overlooked_shape(floor, most)
-    if shape is None:
-        return None
-    axis = found.examination.competitors.dictionary.shapes[shape.number].axis
-    return _with_formula(found, shape, axis)
-
-
-def _with_formula(
-    found: Found,
-    shape: ShapeFound,
-    axis: str,
-    kept: tuple[Member, ...] = (),
-    additions: tuple[Addition, ...] = (),
-) -> Answer:
-    """A formula over the axis of a shape, beside members that are kept."""
-    given = [column for m in kept for column in m.columns]
-    proposal = propose(found.examination, axis, shape, found.log, found.origin, additions, given)
-    left = found.heldout(proposal.fit)
-    beside = found.left_beside_base(proposal.fit)
-    aliases = dict(found.selection.aliases)
-    return Answer(proposal.fit, left, kept, additions, proposal, aliases, beside)
 
 
 def _supported(found: Found, before: Array, answer: Answer, floor: Array) -> bool:

@@ -13,6 +13,7 @@ import pytest
 from planner.power.model import PowerModel
 from planner.quantities import INDEX
 from planner.telemetry.diagnosis import decision as decision_module
+from planner.telemetry.diagnosis import formula_answers
 from planner.telemetry.diagnosis.answer import Answer, Decision
 from planner.telemetry.diagnosis.decision import (
     MOST_OF_EXCESS,
@@ -252,7 +253,7 @@ def test_a_floor_that_holds_slow_power_hides_no_formula(motion, base, monkeypatc
         asked_for.append(axis)
         raise InterruptedError
 
-    monkeypatch.setattr(decision_module, "propose", propose)
+    monkeypatch.setattr(formula_answers, "propose", propose)
     monkeypatch.setattr(decision_module, "unexplained_by", lambda *_: Unexplained(1.1))
     for watts in (0.0, 1.0):
         overlooked, floor = fan_in_runs(motion, base, watts)
