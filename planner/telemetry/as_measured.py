@@ -1,4 +1,4 @@
-"""A log's rows when and where they were measured, if a recorder wrote them down otherwise.
+"""A log's rows when and where they were measured, if it says otherwise.
 
     source = as_measured(open_source("recorded.csv"), start)     # as it was if it wrote what is
 
@@ -6,6 +6,9 @@ Rows that arrive in bunches have neither accelerations nor neighbours, and a met
 to average over seconds. Speeds that are held over several rows jump. Rows on an even clock, and a
 motion between the updates, predict held-out runs better then. Rows that were measured at uneven
 moments, and set-points, are predicted worse by them.
+
+An accelerometer has a bias, and feels every bump. Where changes of the speeds say better how fast
+the robot gains speed, they take the place of what it measured.
 """
 
 from __future__ import annotations
@@ -21,13 +24,13 @@ from planner.telemetry.tilt_filter import CLEARLY_LESS
 
 
 def as_measured(source: LogSource, start: PowerModel) -> LogSource:
-    """The log on an even clock and between updates, each where that is clearly better.
+    """The log on an even clock, between updates, without its accelerometer: where that is better.
 
     Args:
         source: the log as read.
         start: the model as stated.
     """
-    return _between_updates(_on_even_clock(source, start), start)
+    return _by_speeds(_between_updates(_on_even_clock(source, start), start), start)
 
 
 def _on_even_clock(source: LogSource, start: PowerModel) -> LogSource:
@@ -60,6 +63,14 @@ def _between_updates(source: LogSource, start: PowerModel) -> LogSource:
         return source
     said = "speeds or angles are held over several rows; taken between their updates"
     return between.with_findings([Finding("held", "", 0, said)])
+
+
+def _by_speeds(source: LogSource, start: PowerModel) -> LogSource:
+    derived = source.by_changes_of_speed()
+    if derived is None or not _predicts_better(derived, source, start):
+        return source
+    said = "ax, ay: changes of the speeds predict the power better, and take their place"
+    return derived.with_findings([Finding("derived", "ax", 0, said)])
 
 
 def _predicts_better(

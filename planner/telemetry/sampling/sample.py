@@ -31,6 +31,7 @@ from planner.telemetry.logs import (
     Telemetry,
     pieces_of,
 )
+from planner.telemetry.sampling.accelerations import MEASURED, with_derived_accelerations
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
 from planner.telemetry.sampling.even_clock import with_even_clock
 from planner.telemetry.sampling.held_motion import (
@@ -99,6 +100,7 @@ class LogSource:
             which they arrived.
         holds: rows between updates of speeds and of angles that go from one to the next; 0 where
             they are as read.
+        derived: whether accelerations follow from the speeds though the log measured some.
     """
 
     sample: Telemetry
@@ -118,6 +120,7 @@ class LogSource:
     rested: bool = False
     even: bool = False
     holds: Holds = (0.0, 0.0)
+    derived: bool = False
 
     SAMPLE_ROWS: ClassVar[int] = 12_000
     PIECE_ROWS: ClassVar[int] = 200
@@ -177,6 +180,12 @@ class LogSource:
         if not any(holds):
             return None
         return replace(self, sample=with_motion_between_updates(self.sample, holds), holds=holds)
+
+    def by_changes_of_speed(self) -> LogSource | None:
+        """The log, as it was opened, without its measured accelerations; None where it has none."""
+        if not MEASURED & self.sample.present:
+            return None
+        return replace(self, sample=with_derived_accelerations(self.sample), derived=True)
 
     def earlier_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
@@ -289,6 +298,8 @@ class LogSource:
                     chunk = chunk if even is None else even
                 if any(self.holds):
                     chunk = with_motion_between_updates(chunk, self.holds)
+                if self.derived:
+                    chunk = with_derived_accelerations(chunk)
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:
