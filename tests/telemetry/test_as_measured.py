@@ -116,3 +116,37 @@ def test_speeds_that_do_step_stay(table, base, robot):
     source = open_source(steps.assign(power=watts))
     assert source.between_updates() is not None
     assert as_measured(source, base) is source
+
+
+@pytest.fixture(scope="module")
+def felt(table):
+    """The table as an accurate accelerometer adds to it."""
+    rows = Telemetry.read(table).rows
+    return table.assign(ax=rows[:, INDEX["ax"]], ay=rows[:, INDEX["ay"]])
+
+
+def test_changes_of_speed_take_the_place_of_a_poor_accelerometer(felt, base, monkeypatch):
+    monkeypatch.setattr(LogSource, "CHUNK_ROWS", ROWS)
+    random = np.random.default_rng(4)
+    poor = {name: felt[name] + random.normal(0.08, 0.15, len(felt)) for name in ("ax", "ay")}
+    log = open_source(felt.assign(**poor))
+    found = as_measured(log, base)
+    assert found.derived
+    assert [one.column for one in found.sample.report if one.kind == "derived"] == ["ax"]
+    assert not {"ax", "ay"} & found.sample.present
+    columns = [INDEX["ax"], INDEX["ay"]]
+    assert np.allclose(found.sample.rows[:, columns], felt[["ax", "ay"]], atol=1e-9)
+    chunks = [chunk.rows for chunk in replace(found, complete=False).chunks()]
+    assert len(chunks) > 4
+    assert np.allclose(np.concatenate(chunks), found.sample.rows, equal_nan=True)
+    assert found.content != log.content
+
+
+def test_a_good_accelerometer_stays_beside_noisy_speeds(felt, base):
+    random = np.random.default_rng(5)
+    speeds = {
+        name: felt[name] + 0.004 * random.standard_normal(len(felt)) for name in ("vx", "vy", "wz")
+    }
+    for log in (felt, felt.assign(**speeds)):
+        source = open_source(log)
+        assert as_measured(source, base) is source

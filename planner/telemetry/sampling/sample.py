@@ -320,7 +320,8 @@ class LogSource:
         whole = self.sample if self.log is None else self.log
         tilt = self.tilt_lag, self.tilt_filter, self.rested
         reading = self.steady_rows, self.half_width, self.apart, self.ahead, self.lag, *tilt
-        said = self.mapping, *reading, self.even, self.holds, whole.run_names, whole.surfaces
+        recorded = self.even, self.holds, self.derived
+        said = self.mapping, *reading, *recorded, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())
