@@ -1,4 +1,4 @@
-"""A log's rows when and where they were measured, if it says otherwise.
+"""A log's rows as they were measured, where a recorder or an accelerometer says otherwise.
 
     source = as_measured(open_source("recorded.csv"), start)     # as it was if it wrote what is
 
@@ -24,7 +24,9 @@ from planner.telemetry.tilt_filter import CLEARLY_LESS
 
 
 def as_measured(source: LogSource, start: PowerModel) -> LogSource:
-    """The log on an even clock, between updates, without its accelerometer: where that is better.
+    """The log on an even clock, between updates, without accelerometer; each if clearly better.
+
+    One follows the other, so that two which are only better together are not found.
 
     Args:
         source: the log as read.
@@ -69,8 +71,9 @@ def _by_speeds(source: LogSource, start: PowerModel) -> LogSource:
     derived = source.by_changes_of_speed()
     if derived is None or not _predicts_better(derived, source, start):
         return source
-    said = "ax, ay: changes of the speeds predict the power better, and take their place"
-    return derived.with_findings([Finding("derived", "ax", 0, said)])
+    dropped = sorted(source.sample.present - derived.sample.present)
+    said = f"{', '.join(dropped)}: changes of the speeds predict the power better; these are taken"
+    return derived.with_findings([Finding("derived", dropped[0], 0, said)])
 
 
 def _predicts_better(

@@ -51,7 +51,7 @@ def test_arrival_times_are_undone(table, base):
     assert found.content != late.content
 
 
-@pytest.mark.parametrize(("unit", "found"), [(1.0, set()), (STANDARD_GRAVITY, {"unit"})])
+@pytest.mark.parametrize(("unit", "found"), [(1.0, set()), (STANDARD_GRAVITY, {"unit", "derived"})])
 def test_bunches_are_no_gaps_and_no_other_unit(table, base, unit, found):
     arrival = table.groupby("run")["time"].transform(lambda t: bunched(t.to_numpy(), 1))
     lengthwise = Telemetry.read(table).rows[:, INDEX["ax"]]
@@ -125,21 +125,35 @@ def felt(table):
     return table.assign(ax=rows[:, INDEX["ax"]], ay=rows[:, INDEX["ay"]])
 
 
-def test_changes_of_speed_take_the_place_of_a_poor_accelerometer(felt, base, monkeypatch):
+@pytest.mark.parametrize("axes", [("ax", "ay"), ("ay",)])
+def test_changes_of_speed_take_the_place_of_a_poor_accelerometer(felt, base, monkeypatch, axes):
     monkeypatch.setattr(LogSource, "CHUNK_ROWS", ROWS)
     random = np.random.default_rng(4)
-    poor = {name: felt[name] + random.normal(0.08, 0.15, len(felt)) for name in ("ax", "ay")}
-    log = open_source(felt.assign(**poor))
+    poor = {name: felt[name] + random.normal(0.15, 0.3, len(felt)) for name in axes}
+    log = open_source(felt.drop(columns=["ax", "ay"]).assign(**poor))
     found = as_measured(log, base)
     assert found.derived
-    assert [one.column for one in found.sample.report if one.kind == "derived"] == ["ax"]
-    assert not {"ax", "ay"} & found.sample.present
-    columns = [INDEX["ax"], INDEX["ay"]]
-    assert np.allclose(found.sample.rows[:, columns], felt[["ax", "ay"]], atol=1e-9)
+    said = [one.sentence for one in found.sample.report if one.kind == "derived"]
+    assert len(said) == 1
+    assert said[0].startswith(f"{', '.join(axes)}: ")
+    plain = Telemetry.read(felt.drop(columns=["ax", "ay"]))
+    assert found.sample.present == plain.present
+    assert sorted(found.describe()["derived"]) == sorted(plain.derived)
+    assert np.allclose(found.sample.rows, plain.rows, equal_nan=True)
     chunks = [chunk.rows for chunk in replace(found, complete=False).chunks()]
     assert len(chunks) > 4
-    assert np.allclose(np.concatenate(chunks), found.sample.rows, equal_nan=True)
-    assert found.content != log.content
+    assert np.allclose(np.concatenate(chunks), plain.rows, equal_nan=True)
+    assert replace(log, derived=True).content != log.content
+
+
+def test_runs_of_other_rates_and_gaps_are_derived_as_they_are_read(felt):
+    """A log of 20 and 2 Hz with a gap, as if nobody had measured accelerations."""
+    slow = felt[felt["run"] == 0].iloc[::10].assign(run=RUNS)
+    mixed = pd.concat([felt.drop(index=range(600, 640)), slow])
+    plain = Telemetry.read(mixed.drop(columns=["ax", "ay"]))
+    derived = Telemetry.read(mixed.assign(ax=9.0)).without_accelerometer()
+    assert np.allclose(derived.rows, plain.rows, equal_nan=True)
+    assert np.ptp(derived.rows[-len(slow) :, INDEX["ax"]]) > 0.1
 
 
 def test_a_good_accelerometer_stays_beside_noisy_speeds(felt, base):

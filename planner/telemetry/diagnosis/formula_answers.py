@@ -37,7 +37,8 @@ def without_effects(found: Found, formula: Answer | None, floor: Array) -> Answe
     """A formula without those effects beside it that held-out runs do not miss.
 
     Effects are selected before a formula. One of them may be what comes nearest to it in the
-    catalogue, and is not needed beside it.
+    catalogue, and is not needed beside it. Where the shape itself looks like an effect, they stay:
+    it may be what they leave.
 
     Args:
         found: state of the search.

@@ -45,13 +45,15 @@ FILTER_GAIN = 6.0
 """Log-likelihood by which a filter must lead a plain delay."""
 LEAST_LAG_ROWS = 0.3
 """Rows by which readings must be late or early; less is what rows average over."""
-LEAST_START, START_RATIO = 0.5, math.sqrt(2.0)
-"""Rows of the least time constant and delay where the search begins, and between next ones."""
-LONGEST_START, LONGEST_LEAD, LONGEST_STEP = 3.0, 0.5, 0.1
-"""s; it begins at delays up to the first, at leads up to the second, no farther apart than the
-third: the peak of a delay is as wide as what the robot does at a time."""
-LONGEST_FILTER, START_ROWS = 1.0, 8.0
-"""s and rows; it begins at time constants up to the longer of them, as at delays and leads."""
+LEAST_START = 0.5
+"""Rows of the least time constant and delay where the search begins."""
+NEXT_FILTER, NEXT_DELAY = 2.0, math.sqrt(2.0)
+"""Factors from each of them to the next: the peak over a time constant is wider."""
+LONGEST_START, LONGEST_LEAD, START_ROWS = 3.0, 0.5, 8.0
+"""s; the search begins at time constants and delays up to the first or START_ROWS, and at leads up
+to the second or a row."""
+LONGEST_STEP = 0.1
+"""s between next delays, or half a row: a peak is as wide as what the robot does at a time."""
 LEAST_DELAY = 0.06
 """s; a smaller delay without a filter is what derivatives and slipping wheels blur."""
 END_ROWS = 0.5
@@ -64,7 +66,7 @@ NEAR_GAIN = 6.0
 """Log-likelihood that a search may still gain over where it begins."""
 FIRST_STEP, ERROR_STEP = 0.3, 0.1
 """Rows, or logarithms of the time constant: first steps of a search, and of a derivative. The first
-step of a delay above a row is that share of it."""
+step of a delay above a row is that share of it, up to LONGEST_STEP."""
 TIME_CONSTANT, DELAY = BOTH = "time_constant_s", "delay_s"
 """Numbers of a meter that are fitted."""
 USUAL_LAGS, USUAL_FILTERS = (-0.5, 0.0, 0.5, 1.0), (0.0, 0.05, 0.2, 0.8)
@@ -157,7 +159,11 @@ class _Search:
         def cost(x: Array) -> float:
             return -self.score(at(x))
 
-        sizes = [max(abs(x), 1.0) if n == DELAY else 1.0 for n, x in zip(names, begin, strict=True)]
+        far = max(LONGEST_STEP / (FIRST_STEP * self.interval), 1.0)
+        sizes = [
+            min(max(abs(x), 1.0), far) if name == DELAY else 1.0
+            for name, x in zip(names, begin, strict=True)
+        ]
         simplex = begin + FIRST_STEP * np.vstack([np.zeros(len(begin)), np.diag(sizes)])
         options: Any = {"xatol": 0.01, "fatol": 0.05, "maxfev": 60, "initial_simplex": simplex}
         found = minimize(cost, begin, method="Nelder-Mead", options=options)
@@ -231,7 +237,8 @@ def with_meter(
     evenly = log.meter is not None and log.meter.sampling == "window"
     log = replace(log, meter=None)
     # A constant power shows no motion, late or averaged: the longest filter would fit it best.
-    if len(log) < LEAST_METER_ROWS or not np.ptp(log.power):
+    lone = len(log) and float(np.median(log.interval)) <= 0.0  # most rows are alone in their runs
+    if len(log) < LEAST_METER_ROWS or lone or not np.ptp(log.power):
         return log
     search = _Search.beside(log, model, places, beside)
     return replace(log, meter=_believed(search, filtering, evenly))
@@ -262,27 +269,31 @@ def likelihoods(
     return found
 
 
-def _lags(interval: float, longest: float) -> list[float]:
-    """s up to ``longest`` or START_ROWS, where searches with rows of ``interval`` s begin."""
-    longest = min(max(longest, START_ROWS * interval), Meter.LONGEST_LAG)
-    lags = [LEAST_START * interval]
-    while (following := lags[-1] + min((START_RATIO - 1.0) * lags[-1], LONGEST_STEP)) <= longest:
-        lags.append(following)
-    return lags
+def _starts(interval: float, longest: float, factor: float, step: float = math.inf) -> list[float]:
+    """s up to ``longest``, each that factor and at most a step from the last."""
+    starts = [min(LEAST_START * interval, Meter.LONGEST_LAG)]
+    while (following := min(factor * starts[-1], starts[-1] + step)) <= longest:
+        starts.append(following)
+    return starts
+
+
+def _delays(interval: float, longest: float) -> list[float]:
+    return _starts(interval, longest, NEXT_DELAY, max(LONGEST_STEP, 0.5 * interval))
 
 
 def _likeliest_delay(search: _Search, late: Sequence[float]) -> tuple[Meter, float]:
-    """The likeliest meter without a filter, which may be ``late`` by some s, and its likelihood.
+    """The likeliest meter without a filter, with its log-likelihood; searched from ``late`` s on.
 
-    Power that jumps makes a sharp peak, which a start of another kind may hide.
+    Each kind is searched by itself: the best start of one may hide a sharp peak of another.
     """
-    interval = search.interval
-    leads = [-lag for lag in _lags(interval, LONGEST_LEAD)]
-    found = [search.best([Meter(delay_s=lag) for lag in (*leads, *late)], DELAY)]
+    row = search.interval
+    early = [-lag for lag in _delays(row, max(LONGEST_LEAD, row))]
+    found = [search.best([Meter(delay_s=lag) for lag in (*early, *late)], DELAY)]
     middle = found[0][0].delay_s
     for kind in search.kinds()[1:]:
         # What is held is later by half of its period.
-        lags = (0.0, *(-interval, -0.5 * interval), middle, middle - 0.5 * kind.period_s)
+        near = (0.0, -row, -0.5 * row, middle, middle - 0.5 * kind.period_s)
+        lags = (*near, *_starts(row, START_ROWS * row, NEXT_FILTER))
         found.append(search.best([replace(kind, delay_s=lag) for lag in lags], DELAY))
     return max(found, key=lambda one: one[1])
 
@@ -290,11 +301,12 @@ def _likeliest_delay(search: _Search, late: Sequence[float]) -> tuple[Meter, flo
 def _believed(search: _Search, filtering: bool, evenly: bool) -> Meter | None:
     interval = search.interval
     nothing = search.rows(None)
-    late = _lags(interval, LONGEST_START)
+    longest = min(max(LONGEST_START, START_ROWS * interval), Meter.LONGEST_LAG)
+    late = _delays(interval, longest)
     filters = [
         replace(kind, time_constant_s=lag)
         for kind in ([Meter(sampling="window")] if evenly else search.kinds())
-        for lag in _lags(interval, LONGEST_FILTER)[::2]  # the peak over a time constant is wide
+        for lag in _starts(interval, longest, NEXT_FILTER)
         if filtering
     ]
     plain, plain_score = _likeliest_delay(search, late)

@@ -220,7 +220,7 @@ class Assembler:
         return self._rows(values, first, end)
 
     def _rows(self, values: dict[str, Array], first: int, end: int) -> Rows:
-        step = _Steps(values["time"], values["run"])
+        step = Steps(values["time"], values["run"])
         vx, vy, wz = values["vx"], values["vy"], values["wz"]
         zero = np.zeros(len(vx))
         speed = np.hypot(vx, vy)
@@ -281,7 +281,7 @@ class Assembler:
             self.checks.fill(name, int(np.count_nonzero(unknown)))
 
     def _since_start(
-        self, time: Array, step: _Steps, interval: Array, first: int, end: int
+        self, time: Array, step: Steps, interval: Array, first: int, end: int
     ) -> Array:
         begins = ~step.follows[first:end]
         # The row before the first one is known unless the log begins here.
@@ -292,10 +292,10 @@ class Assembler:
         return time - since
 
 
-class _Steps:
+class Steps:
     """Neighbours of every row within its run."""
 
-    def __init__(self, time: Array, run: Array) -> None:
+    def __init__(self, time: Array, run: Array | Integers) -> None:
         count = len(time)
         self.follows = np.zeros(count, bool)
         self.follows[1:] = run[1:] == run[:-1]

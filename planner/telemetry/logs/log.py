@@ -32,7 +32,7 @@ from planner.arrays import Array, Integers, Mask
 from planner.errors import LogError
 from planner.quantities import INDEX
 from planner.telemetry.logs.accelerometer import MeasuredAccelerations
-from planner.telemetry.logs.assemble import Assembler, Rows
+from planner.telemetry.logs.assemble import Assembler, Rows, Steps
 from planner.telemetry.logs.checks import GAP_INTERVALS, MOST_UNEVEN, UNEVEN, Checks
 from planner.telemetry.logs.columns import (
     MAY_BE_UNKNOWN,
@@ -201,6 +201,17 @@ class Telemetry(Rows):
                 logged, pull = self.rows[:, INDEX[name]], self.rows[:, INDEX[gravity]]
                 measured.add(logged, derived[:, along], pull)
         return list(measured.findings(len(self)))
+
+    def without_accelerometer(self) -> Telemetry:
+        """The log as it is read without ``ax`` and ``ay``: these follow from the speeds."""
+        steps = Steps(self.time, self.run)
+        vx, vy, wz = (self.rows[:, INDEX[name]] for name in ("vx", "vy", "wz"))
+        felt = {"ax": steps.derivative(vx) - wz * vy, "ay": steps.derivative(vy) + wz * vx}
+        rows, dropped = self.rows.copy(), sorted(self.present.intersection(felt))
+        for name in dropped:
+            rows[:, INDEX[name]] = felt[name]
+        said = (*self.derived, *(f"{name}: {_DERIVED[name]}" for name in dropped))
+        return replace(self, rows=rows, present=self.present.difference(dropped), derived=said)
 
     def run_pieces(self) -> list[tuple[int, int]]:
         """Stretches of rows of one run."""

@@ -2,12 +2,9 @@
 
 slopes = slopes_of(log, log.rows[:, speeds])
 put_accelerations(log, rows, where, slopes)     # into rows; measured ones stay
-log = with_derived_accelerations(log)           # also in the place of measured ones
 """
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,8 +14,6 @@ from planner.telemetry.logs import Finding, Telemetry
 
 SPEEDS = ("vx", "vy", "wz")
 RATES = ("ax", "ay", "yaw_acceleration")
-MEASURED = frozenset(("ax", "ay"))
-"""Those that a log may hold."""
 
 
 def moving(log: Telemetry) -> Mask:
@@ -48,14 +43,6 @@ def put_accelerations(log: Telemetry, rows: Array, where: Integers, slopes: Arra
     for name, values in zip(RATES, felt.T, strict=True):
         if name not in log.present:
             rows[where, INDEX[name]] = values
-
-
-def with_derived_accelerations(log: Telemetry) -> Telemetry:
-    """The log as if it had not measured accelerations: the same rows; ``ax`` and ``ay`` differ."""
-    derived = replace(log, rows=log.rows.copy(), present=log.present - MEASURED)
-    slopes = slopes_of(log, log.rows[:, [INDEX[name] for name in SPEEDS]])
-    put_accelerations(derived, derived.rows, np.arange(len(log)), slopes)
-    return derived
 
 
 def felt_by_a_turning_body(rows: Array, slopes: Array) -> Array:

@@ -31,7 +31,6 @@ from planner.telemetry.logs import (
     Telemetry,
     pieces_of,
 )
-from planner.telemetry.sampling.accelerations import MEASURED, with_derived_accelerations
 from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
 from planner.telemetry.sampling.even_clock import with_even_clock
 from planner.telemetry.sampling.held_motion import (
@@ -183,9 +182,9 @@ class LogSource:
 
     def by_changes_of_speed(self) -> LogSource | None:
         """The log, as it was opened, without its measured accelerations; None where it has none."""
-        if not MEASURED & self.sample.present:
-            return None
-        return replace(self, sample=with_derived_accelerations(self.sample), derived=True)
+        sample = self.sample.without_accelerometer()
+        measured = sample.present != self.sample.present
+        return replace(self, sample=sample, derived=True) if measured else None
 
     def earlier_tilts(self) -> tuple[LogSource, ...]:
         """The log, as it was opened, with pitch and roll by each of TILT_LAGS earlier."""
@@ -299,7 +298,7 @@ class LogSource:
                 if any(self.holds):
                     chunk = with_motion_between_updates(chunk, self.holds)
                 if self.derived:
-                    chunk = with_derived_accelerations(chunk)
+                    chunk = chunk.without_accelerometer()
                 if self.tilt_lag:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:

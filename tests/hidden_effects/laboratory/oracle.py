@@ -92,14 +92,10 @@ class Oracle:
         imu = log.truth.instruments
         logged = open_source(Telemetry.read(log.path, log.mapping))
         read = _as_recorded(logged, imu)
-        tilts = sorted(
-            (read, *read.earlier_tilts(), *read.freed_tilts()),
-            key=lambda s: (abs(s.tilt_filter - imu.angle_filter), abs(s.tilt_lag - imu.angle_lag)),
-        )
         # A meter beside uneven rows takes minutes, and is wrong.
-        sources = [read if imu.bunched else logged, read, tilts[0]]
-        derived = tilts[0].by_changes_of_speed()
-        sources += [] if derived is None else [derived]
+        sources = [read if imu.bunched else logged, *_with_tilts(read, imu)]
+        derived = read.by_changes_of_speed()
+        sources += [] if derived is None else _with_tilts(derived, imu)
         rows = {
             (s.even, s.holds, s.derived, s.tilt_lag, s.tilt_filter, *_reading(s)): s
             for each in sources
@@ -134,6 +130,14 @@ class Oracle:
             leads |= fit.leads(slug, own[slug], others)
         rival = min(leads, key=lambda name: leads[name])
         return cls(floor, rho, z, float(leads[rival]), rival)
+
+
+def _with_tilts(source: LogSource, instruments: Instruments) -> list[LogSource]:
+    """The log, and with angles that are freed of nearly what their sensor did to them."""
+    lag, seconds = instruments.angle_lag, instruments.angle_filter
+    earlier = sorted(source.earlier_tilts(), key=lambda s: abs(s.tilt_lag - lag))
+    freed = sorted(source.freed_tilts(), key=lambda s: abs(s.tilt_filter - seconds))
+    return [source, *(earlier[:1] if lag else []), *(freed[:1] if seconds else [])]
 
 
 def _reading(source: LogSource) -> tuple[float, float, int]:

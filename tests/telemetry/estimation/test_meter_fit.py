@@ -45,7 +45,7 @@ def test_a_plain_delay_is_no_filter(motion, robot, base):
 
 
 def driven_at(rate: float, swaying: bool):
-    """Six runs of 10 s whose speeds change at once, or sway, but for 0.3 s of acceleration."""
+    """Six runs of 10 s. Speeds change within 0.3 s and are held for 1.2 s, or they sway."""
     step, count = 1.0 / rate, round(60.0 * rate)
     random, log = np.random.default_rng(17), plain_log([count // 6] * 6)
     time = np.tile(step * np.arange(1.0, count // 6 + 1.0), 6)
@@ -77,7 +77,9 @@ def driven_at(rate: float, swaying: bool):
         (50, 0.0, 0.19),
         (20, 0.3, 0.26),
         (20, 0.4, 1.8),
+        (100, 0.4, 2.6),
         (100, 0.0, 2.53),
+        (10, 3.0, 0.0),
         (50, 0.0, -0.2),
     ],
 )
@@ -88,6 +90,12 @@ def test_a_meter_many_rows_late_or_early_is_found(robot, base, rate, tau, delay,
     assert meter is not None
     assert meter.time_constant_s == pytest.approx(tau, rel=0.1, abs=0.5 / rate)
     assert meter.delay_s == pytest.approx(delay, abs=1.0 / rate)
+
+
+def test_rows_that_are_alone_in_their_runs_show_no_meter(robot, base):
+    log = plain_log([1] * 200)
+    log = replace(log, interval=np.zeros(200), power=np.linspace(5.0, 9.0, 200))
+    assert with_meter(log, base, free_places(base, log)).meter is None
 
 
 def test_a_filter_does_not_foresee_the_power(motion, robot, base):
