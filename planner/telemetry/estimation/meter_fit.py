@@ -282,7 +282,7 @@ def _delays(interval: float, longest: float) -> list[float]:
 
 
 def _likeliest_delay(search: _Search, late: Sequence[float]) -> tuple[Meter, float]:
-    """The likeliest meter without a filter, with its log-likelihood; searched from ``late`` s on.
+    """The likeliest meter without a filter, and its log-likelihood; ``late`` (s) are its starts.
 
     Each kind is searched by itself: the best start of one may hide a sharp peak of another.
     """
