@@ -201,7 +201,7 @@ def compare(
     done = 0
     for chunk in source.chunks():
         watch(0.65 + 0.35 * done / source.rows, f"comparing {source.rows:,} rows")
-        read = reading.reading_of(chunk)
+        read = reading.reading.of(chunk)
         sums.add(chunk, predict(settled.model, replace(read, meter=reading.sample.meter)))
         done += len(chunk)
     whole = sums.whole()

@@ -34,21 +34,23 @@ def best_reading(source: LogSource, start: PowerModel) -> LogSource:
     best, least, meter = usual, CLEARLY_LESS * overall_error(log, base), log.meter
     trials: list[tuple[LogSource, list[tuple[Meter | None] | None]]] = []
     if others:
-        # A smooth motion shows a meter best; it is the same whatever the reading.
-        smooth, _ = metered_base_fit(others[0].sample, start)
-        same = same_meter(meter, smooth.meter)
-        meters = [(meter,)] if same else [(meter,), (smooth.meter,)]
+        # A smooth motion shows a meter best, of ramps or of parabolas, whatever the reading.
+        smooth = [one for one in others if one.reading.half_width][:2] or others[:1]
+        shown = [metered_base_fit(one.sample, start) for one in smooth]
+        metered, _ = min(shown, key=lambda fitted: overall_error(*fitted))
+        same = same_meter(meter, metered.meter)
+        meters = [(meter,)] if same else [(meter,), (metered.meter,)]
         trials += [(reading, [*meters]) for reading in others]
     # Beside a motion of another moment it is another one.
     trials += [(reading, [None]) for reading in followed]
-    for reading, shown in trials:
-        found = [metered_base_fit(reading.sample, start, known) for known in shown]
+    for reading, knowns in trials:
+        found = [metered_base_fit(reading.sample, start, known) for known in knowns]
         errors = [overall_error(*each) for each in found]
         at = -1 if errors[-1] < CLEARLY_LESS * errors[0] else 0
         if errors[at] < least:
             best, least, meter = reading, errors[at], found[at][0].meter
-    if best.lag:
-        best = best.with_findings([_late(best.lag)])
+    if best.reading.lag:
+        best = best.with_findings([_late(best.reading.lag)])
     return best.with_meter(meter)
 
 

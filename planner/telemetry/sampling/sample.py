@@ -31,7 +31,6 @@ from planner.telemetry.logs import (
     Telemetry,
     pieces_of,
 )
-from planner.telemetry.sampling.between_rows import with_averaged_motion, with_motion_between
 from planner.telemetry.sampling.even_clock import with_even_clock
 from planner.telemetry.sampling.held_motion import (
     Holds,
@@ -42,31 +41,19 @@ from planner.telemetry.sampling.late_odometry import (
     has_tilt,
     with_earlier_tilt,
     with_tilt_freed,
-    with_undone_lag,
+)
+from planner.telemetry.sampling.motion_reading import (
+    AS_LOGGED,
+    USUAL,
+    MotionReading,
+    averaged_for,
+    motions_for,
+    readings_for,
 )
 from planner.telemetry.sampling.noisier_motion import with_more_noise
-from planner.telemetry.sampling.smoothed_motion import (
-    LEAST_NEIGHBOURS,
-    can_be_smoothed,
-    with_smoothed_motion,
-)
-from planner.telemetry.sampling.steady_drive import LEAST_SEGMENT_ROWS, at_steady_speeds
 
-STEADY_TIME = 0.2
-"""s; a drive that a robot keeps up, where rows are short: motors need a tenth to change a speed."""
-SAME_ROW = 0.1
-"""Share by which rows of one length may differ."""
-NOISE_MEMORY = 0.2
-"""s; noise that an odometry's filter makes last is gone by then: twice a usual time constant."""
-HALF_WIDTHS = (0.2, 0.1)
-"""s on either side that a motion is smoothed over."""
-LONGEST_HALF_WIDTH = 1.0
-"""s on either side, at most, where rows are longer: a robot reaches its speed in about this time.
-"""
 FEWEST_ROWS = 10
 """Rows of a log that anything is fitted to: more than a base model has parameters."""
-LAGS = (0.1, 0.2)
-"""s of filters of the odometry that are tried; a meter's delay takes what is between them."""
 TILT_LAGS = (0.05, 0.1, 0.15, 0.2, 0.25)
 """s by which pitch and roll may be late."""
 TILT_FILTERS = (0.25, 0.35, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0)
@@ -85,12 +72,7 @@ class LogSource:
         run_rows: (runs,) rows of every run.
         complete: True when the sample is the whole log.
         path, mapping: where the chunks come from; None for a log in memory.
-        steady_rows: least rows of the steady drives whose speeds are at their means in ``sample``
-            and chunks; 0 where all are as read.
-        half_width: s on either side of a row that its motion is smoothed over; 0 for none.
-        apart: rows from which on the noise of the speeds is independent; 1 where it is white.
-        ahead: whether the motion is that between each row and the next.
-        lag: s of a filter of the odometry that is undone; 0 for none.
+        reading: how their motion is taken in ``sample`` and chunks.
         tilt_lag: s by which pitch and roll were late; they are earlier in ``sample`` and chunks.
         tilt_filter: s, time constant by which they follow an accelerometer, 0 for none; what it
             makes of accelerations is not in ``sample`` and chunks.
@@ -109,11 +91,7 @@ class LogSource:
     log: Telemetry | None
     path: Path | None
     mapping: MappingLike | None
-    steady_rows: int = 0
-    half_width: float = 0.0
-    apart: int = 1
-    ahead: bool = False
-    lag: float = 0.0
+    reading: MotionReading = AS_LOGGED
     tilt_lag: float = 0.0
     tilt_filter: float = 0.0
     rested: bool = False
@@ -127,28 +105,13 @@ class LogSource:
     LONGEST_RUN: ClassVar[int] = 20_000
     """Most rows of a run that are held back until its end is there."""
 
-    def read_as(
-        self,
-        steady_rows: int,
-        half_width: float,
-        apart: int = 1,
-        *,
-        ahead: bool = False,
-        lag: float = 0.0,
-    ) -> LogSource:
-        """The same log, its motion smoothed, and the speeds of steady drives at their means.
-
-        Args:
-            steady_rows, half_width, apart, ahead, lag: as the attributes.
-        """
-        read = replace(
-            self, steady_rows=steady_rows, half_width=half_width, apart=apart, ahead=ahead, lag=lag
-        )
-        return replace(read, sample=read.reading_of(self.sample))
+    def read_as(self, reading: MotionReading) -> LogSource:
+        """The same log, as it was opened, its motion read so."""
+        return replace(self, sample=reading.of(self.sample), reading=reading)
 
     def steady(self) -> LogSource:
         """The same log in its usual reading: the speeds of steady drives at their means."""
-        return self.read_as(LEAST_SEGMENT_ROWS, 0.0)
+        return self.read_as(USUAL)
 
     def noisier_as(self, read: LogSource) -> tuple[Telemetry, ...]:
         """Samples of this log, as it was opened, with as much noise of the motion again.
@@ -159,9 +122,7 @@ class LogSource:
         copies = []
         for number in range(NOISIER_COPIES):
             noisier = with_more_noise(self.sample, np.random.default_rng(number))
-            again = replace(self, sample=noisier)
-            kind = read.steady_rows, read.half_width, read.apart
-            copies.append(again.read_as(*kind, ahead=read.ahead, lag=read.lag).sample)
+            copies.append(read.reading.of(noisier))
         return tuple(copies)
 
     def with_meter(self, meter: Meter | None) -> LogSource:
@@ -218,69 +179,17 @@ class LogSource:
         report = tuple(finding for finding in self.sample.report if finding.kind != kind)
         return replace(self, sample=replace(self.sample, report=report))
 
-    def reading_of(self, log: Telemetry) -> Telemetry:
-        """Rows as they were opened in this reading of the log."""
-        smooth = with_smoothed_motion(log, self.half_width) if self.half_width else log
-        smooth = with_undone_lag(smooth, self.lag) if self.lag else smooth
-        if self.steady_rows:
-            smooth = at_steady_speeds(log, self.steady_rows, smooth, self.apart)
-        return with_motion_between(smooth) if self.ahead else smooth
-
-    @property
-    def _long_rows(self) -> bool:
-        """Whether even the fewest rows of a steady drive last as long as one does."""
-        least = STEADY_TIME / LEAST_SEGMENT_ROWS * (1.0 - SAME_ROW)
-        return bool(len(self.sample) and np.median(self.sample.interval) >= least)
+    def readings(self) -> tuple[LogSource, ...]:
+        """The log, as it was opened, in each reading of its rows; the usual one comes first."""
+        return tuple(map(self.read_as, readings_for(self.sample)))
 
     def motions(self) -> tuple[LogSource, ...]:
-        """The log with motions that its power may follow: not that of its rows, or before a filter.
-
-        Half a row matters where rows are long. Where they are short, a change of speed is taken
-        from the smoothed motion.
-        """
-        if self._long_rows:
-            between = self.read_as(LEAST_SEGMENT_ROWS, 0.0, ahead=True)
-            # A filter that is shorter than half a row leaves no trace between rows.
-            lags = [lag for lag in LAGS if lag >= 0.5 * float(np.median(self.sample.interval))]
-            return between, *(self.read_as(LEAST_SEGMENT_ROWS, 0.0, lag=lag) for lag in lags)
-        if not can_be_smoothed(self.sample, HALF_WIDTHS[0]):
-            return ()
-        return tuple(self.read_as(LEAST_SEGMENT_ROWS, HALF_WIDTHS[0], lag=lag) for lag in LAGS)
+        """The log, as it was opened, with motions of other moments that its power may follow."""
+        return tuple(map(self.read_as, motions_for(self.sample)))
 
     def averaged(self) -> tuple[Telemetry, ...]:
         """The sample with its motion averaged over neighbouring rows, as little as ``motions``."""
-        some = []
-        if self._long_rows:
-            some.append(with_averaged_motion(self.steady().sample))
-        if can_be_smoothed(self.sample, HALF_WIDTHS[0]):
-            some.append(self.read_as(LEAST_SEGMENT_ROWS, HALF_WIDTHS[0]).sample)
-        return tuple(some)
-
-    def readings(self) -> tuple[LogSource, ...]:
-        """The log at steady speeds; where rows are short also otherwise.
-
-        Four short rows may be steady by chance while a robot changes its speed: so there are also
-        speeds as read, and longer steady drives. What is seen from row to row may be noise: so
-        there is also a smoothed motion. It is smoothed over HALF_WIDTHS, or over a few rows where
-        these are longer: encoders that are read a little early or late scatter at any rate. A
-        filter of the odometry makes noise last, which looks like a swing: so there are steady
-        drives whose speeds scatter only after NOISE_MEMORY. Which reading is the robot's motion
-        depends on how its odometry scatters and how its controller works.
-        """
-        interval = float(np.median(self.sample.interval)) if len(self.sample) else STEADY_TIME
-        rows = max(round(STEADY_TIME / max(interval, 1e-9)), LEAST_SEGMENT_ROWS)
-        smooth = [width for width in HALF_WIDTHS if can_be_smoothed(self.sample, width)]
-        wider = (LEAST_NEIGHBOURS + 0.5) * interval  # half a row more, as rows are uneven
-        if not smooth and wider <= LONGEST_HALF_WIDTH and can_be_smoothed(self.sample, wider):
-            smooth = [wider]
-        kinds = [(rows, width) for width in smooth] + [(0, width) for width in smooth]
-        if rows > LEAST_SEGMENT_ROWS:
-            kinds += [(0, 0.0), (rows, 0.0)]
-        readings = [self.steady(), *(self.read_as(*kind) for kind in kinds)]
-        apart = round(NOISE_MEMORY / max(interval, 1e-9))
-        if apart > 1:
-            readings.append(self.read_as(apart * LEAST_SEGMENT_ROWS, 0.0, apart))
-        return tuple(readings)
+        return averaged_for(self.sample)
 
     def chunks(self) -> Iterator[Telemetry]:
         """The whole log in chunks of about CHUNK_ROWS rows, and of whole runs as far as they go.
@@ -303,7 +212,7 @@ class LogSource:
                     chunk = with_earlier_tilt(chunk, self.tilt_lag)
                 if self.tilt_filter:
                     chunk = with_tilt_freed(chunk, self.tilt_filter, rested=self.rested)
-                yield self.reading_of(chunk)
+                yield self.reading.of(chunk)
 
     def _read(self) -> Iterator[Telemetry]:
         if self.log is not None:
@@ -318,9 +227,8 @@ class LogSource:
         """SHA-256 of all that the log says, under this mapping and in this reading."""
         whole = self.sample if self.log is None else self.log
         tilt = self.tilt_lag, self.tilt_filter, self.rested
-        reading = self.steady_rows, self.half_width, self.apart, self.ahead, self.lag, *tilt
         recorded = self.even, self.holds, self.derived
-        said = self.mapping, *reading, *recorded, whole.run_names, whole.surfaces
+        said = self.mapping, self.reading, *tilt, *recorded, whole.run_names, whole.surfaces
         read = sorted(whole.present), whole.power_at, whole.meter
         digest = hashlib.sha256(repr((said, read)).encode())
         digest.update(json.dumps(self.describe()).encode())

@@ -97,7 +97,7 @@ class Oracle:
         derived = read.by_changes_of_speed()
         sources += [] if derived is None else _with_tilts(derived, imu)
         rows = {
-            (s.even, s.holds, s.derived, s.tilt_lag, s.tilt_filter, *_reading(s)): s
+            (s.even, s.holds, s.derived, s.tilt_lag, s.tilt_filter, s.reading): s
             for each in sources
             for s in (each, *each.readings())
         }
@@ -138,10 +138,6 @@ def _with_tilts(source: LogSource, instruments: Instruments) -> list[LogSource]:
     earlier = sorted(source.earlier_tilts(), key=lambda s: abs(s.tilt_lag - lag))
     freed = sorted(source.freed_tilts(), key=lambda s: abs(s.tilt_filter - seconds))
     return [source, *(earlier[:1] if lag else []), *(freed[:1] if seconds else [])]
-
-
-def _reading(source: LogSource) -> tuple[float, float, int]:
-    return source.steady_rows, source.half_width, source.apart
 
 
 def _as_recorded(source: LogSource, instruments: Instruments) -> LogSource:

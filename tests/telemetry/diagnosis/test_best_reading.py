@@ -47,7 +47,7 @@ def test_the_power_says_whether_small_changes_are_motion(trembling, robot, base,
     noise = 0.1 * np.random.default_rng(3).standard_normal(len(trembling))
     log = replace(trembling, power=predict(robot, moved) + noise)
     chosen = best_reading(open_source(log), base)
-    assert (chosen.steady_rows == 0) == real
+    assert (chosen.reading.steady_rows == 0) == real
 
 
 @pytest.fixture(scope="module")
@@ -89,10 +89,41 @@ def test_noise_of_the_motion_does_not_change_the_meter(swaying, robot, base, tim
     noise = 0.1 * np.random.default_rng(3).standard_normal(len(seen))
     log = replace(seen, power=predict(robot, replace(moved, meter=meter)) + noise)
     chosen = best_reading(open_source(log), base)
-    assert chosen.half_width > 0.0
-    assert chosen.steady_rows == 0, "no speed is held"
+    assert chosen.reading.half_width > 0.0
+    assert chosen.reading.steady_rows == 0, "no speed is held"
     found = chosen.sample.meter.time_constant_s if chosen.sample.meter else 0.0
     assert found == pytest.approx(time_constant, rel=0.1, abs=0.5 * STEP)
+
+
+def test_ramps_of_noisy_odometry_bend_sharply(robot, base):
+    """Controllers drive ramps; what a parabola blurs at their bends looks like a filter."""
+    lengths, random = [400] * 10, np.random.default_rng(14)
+    log = plain_log(lengths)
+    time = STEP * np.concatenate([np.arange(1.0, length + 1.0) for length in lengths])
+    log = replace(log, time=time, interval=np.full(len(time), STEP))
+    rows, seen = log.rows.copy(), log.rows.copy()
+    for start in range(0, len(time), 400):
+        bends = np.linspace(0.0, 9.0, 10) + np.r_[0.0, random.uniform(-0.3, 0.3, 8), 0.0]
+        for speed, rate, most in (("vx", "ax", 0.6), ("wz", "yaw_acceleration", 0.6)):
+            speeds = np.interp(time[:400], bends, random.uniform(-most, most, len(bends)))
+            rows[start : start + 400, INDEX[speed]] = speeds
+            rows[start : start + 400, INDEX[rate]] = np.gradient(speeds, STEP)
+    for speed in ("vx", "vy", "wz"):
+        seen[:, INDEX[speed]] = rows[:, INDEX[speed]] + 0.004 * random.standard_normal(len(time))
+    for table in (rows, seen):
+        vx, vy, wz = (table[:, INDEX[name]].copy() for name in ("vx", "vy", "wz"))
+        if table is seen:
+            for name, speeds in (("ax", vx), ("ay", vy), ("yaw_acceleration", wz)):
+                runs = np.split(speeds, len(lengths))
+                table[:, INDEX[name]] = np.concatenate([np.gradient(v, STEP) for v in runs])
+        table[:, INDEX["ax"]] -= wz * vy
+        table[:, INDEX["ay"]] += wz * vx
+    noise = 0.1 * random.standard_normal(len(time))
+    power = predict(robot, replace(log, rows=rows)) + noise
+    chosen = best_reading(open_source(replace(log, rows=seen, power=power)), base)
+    assert chosen.reading.ramps
+    meter = chosen.sample.meter
+    assert meter is None or meter.time_constant_s < STEP, "the power is read as it is"
 
 
 @pytest.mark.parametrize("real", [True, False])
@@ -144,7 +175,7 @@ def test_counts_of_encoders_that_are_read_early_or_late_are_smoothed(robot, base
     moved = predict(robot, replace(log, rows=rows))
     noise = 0.1 * random.standard_normal(len(seen))
     chosen = best_reading(open_source(replace(log, rows=seen, power=moved + noise)), base)
-    assert (chosen.half_width > 0.0) == (late > 0.0)
+    assert (chosen.reading.half_width > 0.0) == (late > 0.0)
     if late:
         as_read = predict(robot, replace(log, rows=seen))
         smooth = predict(robot, replace(chosen.sample, meter=None))

@@ -84,7 +84,7 @@ def log_of(motion: np.ndarray, power: np.ndarray, step: float = COARSE):
 def test_a_power_at_the_end_of_rows_follows_the_motion_between_them(driven, base):
     _, means, _, power = driven
     chosen = best_reading(open_source(log_of(means, power[:, -1])), base)
-    assert chosen.ahead
+    assert chosen.reading.ahead
     meter = chosen.sample.meter_as_logged
     assert meter.sampling == "end"
     assert meter.time_constant_s + abs(meter.delay_s) < 0.1 * COARSE
@@ -93,7 +93,7 @@ def test_a_power_at_the_end_of_rows_follows_the_motion_between_them(driven, base
 def test_a_mean_power_beside_speeds_of_the_rows_ends_is_half_a_row_late(driven, base):
     _, _, ends, power = driven
     chosen = best_reading(open_source(log_of(ends, power.mean(axis=1))), base)
-    assert chosen.ahead
+    assert chosen.reading.ahead
     meter = chosen.sample.meter_as_logged
     assert meter.sampling == "mean"
     assert meter.delay_s == pytest.approx(0.5 * COARSE, abs=0.1 * COARSE)
@@ -119,7 +119,7 @@ def test_a_filter_of_the_odometry_is_undone(driven, base, time_constant):
     means = late(driven.fine, time_constant).reshape(len(power), MANY // 2, -1).mean(axis=1)
     source = open_source(log_of(means, power, 0.5 * COARSE))
     chosen = best_reading(source, base)
-    assert chosen.lag == time_constant
+    assert chosen.reading.lag == time_constant
     assert any(finding.kind == "late motion" for finding in chosen.sample.report)
     _, found = metered_base_fit(chosen.sample, base)
     _, usual = metered_base_fit(source.steady().sample, base)

@@ -56,9 +56,9 @@ def test_what_was_measured_is_the_mean_of_both_rows(speeding):
 
 def test_short_rows_have_no_motion_between_them(speeding):
     short = replace(speeding, time=speeding.time / 20, interval=speeding.interval / 20)
-    assert not any(motion.ahead for motion in open_source(short).motions())
+    assert not any(motion.reading.ahead for motion in open_source(short).motions())
     between, *_ = open_source(speeding).motions()
-    assert between.ahead
+    assert between.reading.ahead
     assert between.content != open_source(speeding).steady().content
 
 

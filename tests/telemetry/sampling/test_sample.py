@@ -93,17 +93,6 @@ def test_what_is_no_log_is_refused():
         open_source(17)  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("interval", "rows"), [(0.5, [4]), (0.1, [4, 8]), (0.02, [4, 0, 10, 40])])
-def test_short_rows_are_read_in_several_ways(interval, rows):
-    """Four rows are a drive that lasts, or shorter than a motor needs to change a speed.
-
-    Where noise lasts for some rows, a drive is steady for as many times four.
-    """
-    log = replace(plain_log([30, 30]), interval=np.full(60, interval))
-    readings = open_source(log).readings()
-    assert [reading.steady_rows for reading in readings] == rows
-
-
 def test_content_is_that_of_every_row_and_of_how_it_was_read():
     log = numbered([13_000, 700])
     content = open_source(log).content

@@ -122,8 +122,8 @@ def test_steady_drives_keep_their_means_beside_a_smoothed_motion():
 def test_chunks_of_a_long_log_are_read_as_its_sample(monkeypatch):
     log = fast(vx=np.random.default_rng(3).standard_normal(2000))
     monkeypatch.setattr("planner.telemetry.sampling.sample.LogSource.CHUNK_ROWS", 700)
-    smooth = [one for one in open_source(log).readings() if one.half_width]
-    assert len({(one.steady_rows, one.half_width) for one in smooth}) == len(smooth) == 4
+    smooth = [one for one in open_source(log).readings() if one.reading.half_width]
+    assert len({one.reading for one in smooth}) == len(smooth) == 6
     for source in smooth:
         chunks = replace(source, complete=False).chunks()
         together = np.concatenate([chunk.rows for chunk in chunks])
