@@ -159,7 +159,7 @@ def _diagnosed(
         noisier = raw.noisier_as(source)
         decided = [(found, beside_noise(found, one, noisier)) for found, one in decided]
     # Of two moments of one motion the power follows one; the usual reading tells nothing then.
-    otherwise = source.reading.follows_small_changes and not source.reading.lag
+    otherwise = source.reading.is_unusual and not source.reading.lag
     if otherwise and any(one.answer.claims for _, one in decided):
 
         def again(share: float, said: str) -> None:

@@ -70,8 +70,8 @@ class MotionReading:
         return with_motion_between(read) if self.ahead else read
 
     @property
-    def follows_small_changes(self) -> bool:
-        """Whether it differs from the usual one in which small changes of speed are motion."""
+    def is_unusual(self) -> bool:
+        """Whether small changes of speed are motion, or noise, where the usual reading differs."""
         return (self.steady_rows, self.half_width, self.ramps) != (LEAST_SEGMENT_ROWS, 0.0, False)
 
 

@@ -32,8 +32,8 @@ def test_short_rows_are_read_in_ramps_and_smoothed_too():
     log = replace(log, rows=rows)
     readings = readings_for(log)
     assert readings[0] == USUAL
-    assert not USUAL.follows_small_changes
-    assert all(one.follows_small_changes for one in readings[1:])
+    assert not USUAL.is_unusual
+    assert all(one.is_unusual for one in readings[1:])
     assert AS_LOGGED in readings
     assert len(set(readings)) == len(readings)
     for ramps, widths in ((True, [0.2]), (False, [0.1, 0.2])):
